@@ -1,0 +1,85 @@
+# `make demo` and `make test` set everything up; `make help` lists the rest.
+PYTHON ?= $(shell command -v python3.11 || echo python3)
+JOBS ?= 2
+
+BIN := .venv/bin
+STAMPS := .venv/stamps
+CMAKE := PATH="$(CURDIR)/$(BIN):$$PATH" cmake
+SOURCES := $(shell find src include bindings -name __pycache__ -prune -o -print) CMakeLists.txt pyproject.toml LICENSE README.md
+LINTED := $(wildcard src tests examples bench scripts docs)
+
+export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+.PHONY: demo test bench lint cpp-test pytest wheel dev format requirements clean help check-tools
+.DELETE_ON_ERROR:
+.NOTPARALLEL:
+
+demo: $(STAMPS)/all $(STAMPS)/wheel  ## reproduce the paper into out/paper
+	$(BIN)/stillreach paper --out out/paper
+
+test: lint cpp-test pytest  ## lint, C++ tests (also under sanitizers), Python tests on the installed wheel
+
+pytest: dev  ## Python tests on the installed wheel
+	$(BIN)/python -m pytest
+
+cpp-test: $(STAMPS)/build  ## C++ tests, plain and under the address and undefined-behaviour sanitizers
+	$(CMAKE) -S . -B build/cpp -G Ninja -DSTILLREACH_TESTS=ON >/dev/null
+	$(CMAKE) --build build/cpp
+	cd build/cpp && ctest --output-on-failure
+	$(CMAKE) -S . -B build/cpp-sanitize -G Ninja -DSTILLREACH_TESTS=ON -DSTILLREACH_SANITIZE=ON >/dev/null
+	$(CMAKE) --build build/cpp-sanitize
+	cd build/cpp-sanitize && ctest --output-on-failure
+
+lint: dev  ## ruff and mypy
+	$(BIN)/ruff check $(LINTED)
+	$(BIN)/ruff format --check $(LINTED)
+	$(BIN)/mypy
+
+format: $(STAMPS)/test  ## let ruff put the Python files in order
+	$(BIN)/ruff check --fix $(LINTED)
+	$(BIN)/ruff format $(LINTED)
+
+bench: dev  ## time a tick from Python, with ratios to what others do
+	$(BIN)/python bench/tick.py
+
+wheel: $(STAMPS)/all $(STAMPS)/wheel  ## build the wheel and install it into .venv
+
+dev: $(STAMPS)/test $(STAMPS)/wheel  ## everything that working on the code needs, in .venv
+
+# The pinned requirements, from pyproject.toml and requirements/build.in.
+requirements: export CUSTOM_COMPILE_COMMAND := make requirements
+requirements: PIP_COMPILE := build/pip-tools/bin/pip-compile -q --upgrade --strip-extras --annotation-style=line \
+	--no-emit-index-url --no-emit-find-links
+requirements: check-tools  ## pin the newest versions of everything
+	$(PYTHON) -m venv build/pip-tools
+	build/pip-tools/bin/pip install -q pip-tools==7.6.2
+	$(PIP_COMPILE) --extra plot --extra netcdf --extra test -o requirements/test.txt pyproject.toml
+	$(PIP_COMPILE) -c requirements/test.txt --extra plot --extra netcdf -o requirements/all.txt pyproject.toml
+	$(PIP_COMPILE) -c requirements/test.txt -o requirements/build.txt requirements/build.in
+
+clean:  ## remove everything that was made
+	rm -rf .venv build dist out .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	find src tests examples -name __pycache__ -prune -exec rm -rf {} +
+
+help:  ## this list
+	@sed -n 's/^\([a-z-]*\):.*  ## /\1\t/p' Makefile | expand -t 14
+
+check-tools:
+	@sh scripts/check_tools.sh "$(PYTHON)"
+
+$(STAMPS)/venv: | check-tools
+	$(PYTHON) -m venv .venv
+	mkdir -p $(STAMPS) && touch $@
+
+$(STAMPS)/build $(STAMPS)/all $(STAMPS)/test: $(STAMPS)/%: requirements/%.txt $(STAMPS)/venv
+	@echo "installing $< into .venv"
+	$(BIN)/pip install -q -r $<
+	touch $@
+
+$(STAMPS)/wheel: $(SOURCES) $(STAMPS)/build | check-tools
+	@echo "building the wheel and installing it into .venv"
+	rm -rf build/wheel
+	$(BIN)/pip wheel -q --no-deps --no-build-isolation --wheel-dir build/wheel .
+	$(BIN)/pip install -q --no-deps --force-reinstall build/wheel/stillreach-*.whl
+	touch $@

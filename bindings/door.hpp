@@ -1,0 +1,114 @@
+// Checks at the public door: what came, what was expected, by the argument's name. Arrays are read in place through the
+// buffer protocol, which costs a fraction of an array conversion.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/string.h>
+
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace nb = nanobind;
+
+// Raises stillreach.errors.InputError(argument, got, expected).
+[[noreturn]] inline void refuse(const char* argument, const std::string& got, const std::string& expected) {
+  const nb::object type = nb::module_::import_("stillreach.errors").attr("InputError");
+  const nb::object error = type(argument, got, expected);
+  PyErr_SetObject(type.ptr(), error.ptr());
+  nb::raise_python_error();
+}
+
+// A borrowed view of a float64 array; the array cannot be resized or freed while it lives.
+class View {
+ public:
+  View() = default;
+  View(View&& other) noexcept : buffer_(other.buffer_), open_(std::exchange(other.open_, false)) {}
+  View(const View&) = delete;
+  View& operator=(const View&) = delete;
+  View& operator=(View&& other) noexcept {
+    if (open_) PyBuffer_Release(&buffer_);
+    buffer_ = other.buffer_, open_ = std::exchange(other.open_, false);
+    return *this;
+  }
+  ~View() {
+    if (open_) PyBuffer_Release(&buffer_);
+  }
+  // False, with no error set, where the object has no such buffer.
+  bool open(nb::handle object) {
+    if (PyObject_GetBuffer(object.ptr(), &buffer_, PyBUF_STRIDES | PyBUF_FORMAT) != 0) {
+      PyErr_Clear();
+      return false;
+    }
+    return open_ = true;
+  }
+  double* data() const { return static_cast<double*>(buffer_.buf); }
+  bool is_double() const { return buffer_.format && buffer_.format[0] == 'd' && buffer_.format[1] == 0; }
+  bool is_writable() const { return !buffer_.readonly; }
+  bool is_aligned() const { return reinterpret_cast<std::uintptr_t>(buffer_.buf) % alignof(double) == 0; }
+  int ndim() const { return buffer_.ndim; }
+  long size(int axis) const { return static_cast<long>(buffer_.shape[axis]); }
+  long bytes() const { return static_cast<long>(buffer_.len); }
+  bool is_contiguous() const { return PyBuffer_IsContiguous(&buffer_, 'C'); }
+
+ private:
+  Py_buffer buffer_{};
+  bool open_ = false;
+};
+
+inline std::string shape_text(std::initializer_list<long> shape) {
+  std::string text = "(";
+  for (long s : shape) text += (s < 0 ? std::string("N") : std::to_string(s)) + ", ";
+  text.resize(text.size() - (shape.size() == 1 ? 1 : 2));
+  return text + ")";
+}
+
+// What came, in words.
+inline std::string describe(nb::handle object) {
+  return nb::cast<std::string>(nb::module_::import_("stillreach._door").attr("describe")(object));
+}
+
+// Opens `object` in place: float64, C-contiguous, aligned, of this shape (-1: any length); and writable where asked.
+inline View strict(const char* argument, nb::handle object, std::initializer_list<long> shape, bool writable) {
+  View view;
+  const std::string wanted = std::string(writable ? "a writable" : "a") + " C-contiguous float64 array of shape " + shape_text(shape);
+  if (!view.open(object)) refuse(argument, describe(object), wanted);
+  bool fits = view.ndim() == static_cast<int>(shape.size());
+  int axis = 0;
+  for (long s : shape) fits = fits && (s < 0 || view.size(axis) == s), ++axis;
+  if (!fits || !view.is_double()) refuse(argument, describe(object), wanted);
+  if (!view.is_contiguous() || !view.is_aligned()) refuse(argument, describe(object) + ", not contiguous", wanted);
+  if (writable && !view.is_writable()) refuse(argument, describe(object) + ", read-only", wanted);
+  return view;
+}
+
+// Fast check that an input can be read in place.
+inline bool readable(View& view, nb::handle object, long length) {
+  return view.open(object) && view.ndim() == 1 && view.size(0) == length && view.is_double() && view.is_contiguous() &&
+         view.is_aligned();
+}
+
+// Reads `length` finite numbers from anything that NumPy can turn into a float64 vector.
+inline void read_vector(const char* argument, nb::handle object, long length, double* to, bool finite = true) {
+  View view;
+  if (readable(view, object, length)) {
+    for (long i = 0; i < length; ++i) to[i] = view.data()[i];
+  } else {
+    const nb::object array = nb::module_::import_("stillreach._door").attr("vector")(argument, object, length, nb::arg("allow_inf") = !finite);
+    View converted = strict(argument, array, {length}, false);
+    for (long i = 0; i < length; ++i) to[i] = converted.data()[i];
+  }
+  if (!finite) return;
+  for (long i = 0; i < length; ++i)
+    if (!std::isfinite(to[i]))
+      refuse(argument, std::to_string(to[i]) + " at index " + std::to_string(i), "finite numbers");
+}
+
+// A new float64 array of NumPy's.
+inline nb::object new_array(nb::handle shape) {
+  static PyObject* const empty = nb::object(nb::module_::import_("numpy").attr("empty")).release().ptr();
+  PyObject* const arguments[] = {nullptr, shape.ptr()};
+  PyObject* array = PyObject_Vectorcall(empty, arguments + 1, 1 | PY_VECTORCALL_ARGUMENTS_OFFSET, nullptr);
+  if (!array) nb::raise_python_error();
+  return nb::steal(array);
+}

@@ -1,0 +1,10 @@
+// The kernels that were built, and the one that this machine runs.
+#pragma once
+
+#include "stillreach/kernel.hpp"
+
+const stillreach::Kernel& stillreach_kernel_baseline();
+const stillreach::Kernel& stillreach_kernel_avx2();
+
+// The best one for this processor, or the one that STILLREACH_INSTRUCTIONS names ("baseline", "avx2").
+const stillreach::Kernel& kernel();

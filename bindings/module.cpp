@@ -1,0 +1,12 @@
+#include "settings.hpp"
+
+NB_MODULE(_core, m) {
+  m.doc() = "The compiled core of stillreach.";
+  bind_settings(m);
+  bind_arm(m);
+  bind_solution(m);
+  bind_solve(m);
+  bind_controller(m);
+  m.def("instruction_set", []() { return kernel().instruction_set; },
+        "Which build of the core runs here: \"avx2\" or \"baseline\" (STILLREACH_INSTRUCTIONS=baseline chooses the latter).");
+}

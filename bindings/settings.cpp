@@ -1,0 +1,35 @@
+#include "settings.hpp"
+
+static Metric make_metric(int m, int n, nb::handle rows, nb::handle columns, nb::handle joints) {
+  auto data = std::make_shared<MetricData>();
+  data->m = m, data->n = n;
+  const auto copy = [](const char* name, nb::handle from, std::initializer_list<long> shape, std::vector<double>& to) {
+    if (from.is_none()) return;
+    const View view = strict(name, from, shape, false);
+    std::size_t count = 1;
+    for (long s : shape) count *= static_cast<std::size_t>(s);
+    to.assign(view.data(), view.data() + count);
+  };
+  copy("rows", rows, {m, m}, data->rows);
+  copy("columns", columns, {n}, data->columns);
+  copy("joints", joints, {n, n}, data->joints);
+  if (!data->joints.empty() && data->columns.empty()) data->columns.assign(n, 1.0);
+  return {std::move(data)};
+}
+
+void bind_settings(nb::module_& m) {
+  nb::class_<Law>(m, "Law", "Settings of a law, as the core reads them.")
+      .def("__init__",
+           [](Law* law, int kind, int damping, int norm, double kappa, double rank_tolerance, double max_gain) {
+             new (law) Law{{kind, damping, norm, kappa, rank_tolerance, max_gain}};
+           },
+           nb::arg("kind"), nb::kw_only(), nb::arg("damping") = 0, nb::arg("norm") = 0, nb::arg("kappa") = 0.0,
+           nb::arg("rank_tolerance") = 1e-10, nb::arg("max_gain") = 0.0);
+  nb::class_<Metric>(m, "Metric", "Units and weights of m task rows and n joints.")
+      .def("__init__",
+           [](Metric* self, int rows_count, int n, nb::handle rows, nb::handle columns, nb::handle joints) {
+             new (self) Metric(make_metric(rows_count, n, rows, columns, joints));
+           },
+           nb::arg("m"), nb::arg("n"), nb::kw_only(), nb::arg("rows").none() = nb::none(), nb::arg("columns").none() = nb::none(),
+           nb::arg("joints").none() = nb::none());
+}

@@ -1,0 +1,84 @@
+#include "solution.hpp"
+
+#include <cstring>
+
+nb::object status_object(std::int32_t value) {
+  static PyObject* members[2 * stillreach::INVALID_INPUT] = {};
+  PyObject*& member = members[value & (2 * stillreach::INVALID_INPUT - 1)];
+  if (!member) member = nb::object(nb::module_::import_("stillreach.status").attr("Status")(value)).release().ptr();
+  return nb::borrow(member);
+}
+
+// A read-only NumPy copy of `count` numbers.
+static nb::object copy_out(const double* from, nb::object shape, std::size_t count) {
+  nb::object array = new_array(shape);
+  View view;
+  view.open(array);
+  std::memcpy(view.data(), from, sizeof(double) * count);
+  array.attr("setflags")(nb::arg("write") = false);
+  return array;
+}
+
+static nb::object jacobian_out(const Solution& s) {
+  nb::object by_columns = copy_out(s.jacobian(), nb::make_tuple(s.n, s.m), static_cast<std::size_t>(s.m) * s.n);
+  return by_columns.attr("T");
+}
+
+static nb::object active_out(const Solution& s) {
+  nb::object numpy = nb::module_::import_("numpy");
+  return numpy.attr("frombuffer")(nb::bytes(reinterpret_cast<const char*>(s.reasons.get()), s.n), nb::arg("dtype") = numpy.attr("int8"));
+}
+
+// The Jacobian in weighted units, R J C (m, n); with a full joint weight C holds the joint units alone.
+static nb::object weighted_out(const Solution& s) {
+  nb::object numpy = nb::module_::import_("numpy");
+  nb::object J = jacobian_out(s);
+  const MetricData& metric = *s.metric;
+  if (!metric.rows.empty()) J = copy_out(metric.rows.data(), nb::make_tuple(s.m, s.m), metric.rows.size()).attr("__matmul__")(J);
+  if (!metric.columns.empty()) J = J * copy_out(metric.columns.data(), nb::make_tuple(s.n), metric.columns.size());
+  return J;
+}
+
+void bind_solution(nb::module_& m) {
+  const auto call = [](const char* name) {
+    return [name](nb::handle self, nb::args args, nb::kwargs kwargs) {
+      return nb::module_::import_("stillreach.laws.insight").attr(name)(self, *args, **kwargs);
+    };
+  };
+  using Array = nb::object;
+#define STILLREACH_ARRAY(name) nb::sig("def " name "(self) -> numpy.typing.NDArray[numpy.float64]")
+  nb::class_<Solution>(m, "Solution", "What a law answered for one tick.")
+      .def_prop_ro("rates", [](const Solution& s) -> Array { return s.rates; }, STILLREACH_ARRAY("rates"),
+                   "(n,) [rad/s, m/s] joint rates.")
+      .def_prop_ro("status", [](const Solution& s) { return status_object(s.status); },
+                   nb::sig("def status(self) -> stillreach.status.Status"), "What happened, as flags.")
+      .def_ro("damping", &Solution::damping, "Damping factor kappa, in the units of the weighted J J'.")
+      .def_ro("scale", &Solution::scale, "Fraction of the commanded twist that was aimed at (KeepDirection; else 1).")
+      .def_ro("task_error", &Solution::task_error, "Weighted norm of the residual.")
+      .def_ro("iterations", &Solution::iterations, "Factorisations, or steps of the damping search.")
+      .def_ro("rank_tolerance", &Solution::rank_tolerance, "Relative to the largest singular value.")
+      .def_prop_ro("residual", [](const Solution& s) { return copy_out(s.residual(), nb::make_tuple(s.m), s.m); },
+                   STILLREACH_ARRAY("residual"), "(m,) twist - J rates, unweighted.")
+      .def_prop_ro("active", &active_out, nb::sig("def active(self) -> numpy.typing.NDArray[numpy.int8]"),
+                   "(n,) which bounds are met and why: 0 none, else stillreach.Reason, negative at the lower bound.")
+      .def_prop_ro("twist", [](const Solution& s) { return copy_out(s.twist(), nb::make_tuple(s.m), s.m); },
+                   STILLREACH_ARRAY("twist"), "(m,) what was commanded, in the task's rows.")
+      .def_prop_ro("lower", [](const Solution& s) { return copy_out(s.lower(), nb::make_tuple(s.n), s.n); },
+                   STILLREACH_ARRAY("lower"), "(n,) lower bounds of the rates.")
+      .def_prop_ro("upper", [](const Solution& s) { return copy_out(s.upper(), nb::make_tuple(s.n), s.n); },
+                   STILLREACH_ARRAY("upper"), "(n,) upper bounds of the rates.")
+      .def_prop_ro("jacobian", &jacobian_out, STILLREACH_ARRAY("jacobian"), "(m, n) the Jacobian that was used.")
+      .def_prop_ro("weighted_jacobian", &weighted_out, STILLREACH_ARRAY("weighted_jacobian"),
+                   "(m, n) the same in the units and weights of the law.")
+      .def("singular_values", call("singular_values"), nb::sig("def singular_values(self) -> numpy.typing.NDArray[numpy.float64]"),
+           "(min(m, working joints),) of the working joints' weighted Jacobian, falling.")
+      .def("lost_directions", call("lost_directions"), nb::sig("def lost_directions(self) -> numpy.typing.NDArray[numpy.float64]"),
+           "(m, lost) orthonormal basis of the unit twists that no working joint serves.")
+      .def("weak_directions", call("weak_directions"),
+           nb::sig("def weak_directions(self, threshold: float) -> numpy.typing.NDArray[numpy.float64]"),
+           "(m, weak) unit twists whose gain falls below the threshold, weakest first; lost ones are among them.")
+      .def("check", call("check"), nb::sig("def check(self) -> stillreach.laws.insight.Check"),
+           "Recomputes every promise from the data of this answer.")
+      .def("__repr__", [](nb::handle self) { return nb::module_::import_("stillreach.laws.insight").attr("text")(self); });
+#undef STILLREACH_ARRAY
+}

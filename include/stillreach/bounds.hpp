@@ -1,0 +1,60 @@
+// Faults and limits of one tick as one pair of bounds per joint. Where they contradict each other the order of
+// precedence is fault, rate limit, position limit, acceleration limit.
+#pragma once
+
+#include "controller_state.hpp"
+#include "scalar.hpp"
+
+STILLREACH_BEGIN
+
+// Largest rate towards a position limit `room` away: not past it in one period, and with an acceleration limit not past
+// it when braking from there, tick by tick: v^2 / 2a + v period / 2 = room (for period -> 0 the curve sqrt(2 a room)).
+STILLREACH_INLINE double approach_rate(double room, double period, double acceleration) {
+  if (!(room > 0.0)) return 0.0;
+  const double stop = room / period;
+  if (!(acceleration < infinity()) || !(stop < infinity())) return stop;
+  const double half = 0.5 * acceleration * period;
+  // half (sqrt(1 + x) - 1) with x = 2 a room / half^2, without cancellation for small x
+  const double curve = 2.0 * acceleration * room / (half + square_root(madd(half, half, 2.0 * acceleration * room)));
+  return smaller(stop, curve);
+}
+
+// Bounds of joint i at position q (a NaN: its position limits cannot be kept). False where the acceleration limit had to
+// be given up.
+STILLREACH_INLINE bool joint_bounds(ControllerState& c, int i, double q) {
+  double& lower = c.lower[i];
+  double& upper = c.upper[i];
+  c.lower_reason[i] = c.upper_reason[i] = FAULT;
+  if (c.health[i] == LOCKED || c.health[i] == RUNAWAY) {
+    lower = upper = c.health[i] == LOCKED ? 0.0 : c.fault_value[i];
+    return true;
+  }
+  lower = c.rate_lower[i], upper = c.rate_upper[i];
+  if (c.health[i] == DERATED) {
+    lower *= c.fault_value[i], upper *= c.fault_value[i];
+    if (c.fault_value[i] == 0.0) lower = upper = 0.0;  // 0 * inf
+  } else {
+    c.lower_reason[i] = c.upper_reason[i] = RATE;
+  }
+  const double a = c.acceleration[i];
+  if (is_finite(q)) {
+    const double up = approach_rate(c.position_upper[i] - q, c.period, a);
+    const double down = -approach_rate(q - c.position_lower[i], c.period, a);
+    if (up < upper) upper = up, c.upper_reason[i] = POSITION;
+    if (down > lower) lower = down, c.lower_reason[i] = POSITION;
+  }
+  if (!(a < infinity())) return true;
+  const double slowest = c.last[i] - a * c.period, fastest = c.last[i] + a * c.period;
+  bool kept = true;
+  if (slowest > upper) {
+    lower = upper, c.lower_reason[i] = c.upper_reason[i], kept = false;
+  } else if (fastest < lower) {
+    upper = lower, c.upper_reason[i] = c.lower_reason[i], kept = false;
+  } else {
+    if (slowest > lower) lower = slowest, c.lower_reason[i] = ACCELERATION;
+    if (fastest < upper) upper = fastest, c.upper_reason[i] = ACCELERATION;
+  }
+  return kept;
+}
+
+STILLREACH_END

@@ -1,0 +1,251 @@
+// Bounded least squares by a primal active set (Bjorck, 1996, section 5.2): of all z in the box, those of least
+// |b - A z|^2 + kappa |z|^2, and for kappa = 0 among them the one of least norm (or of least z' W z). Starts from the bounds that were active
+// a tick ago. Every step lowers the objective or frees a bound, each bound is freed at most kMaxReleases times, so the
+// number of steps is bounded by construction.
+#pragma once
+
+#include "inner.hpp"
+#include "system.hpp"
+
+STILLREACH_BEGIN
+
+constexpr int kMaxReleases = 4;
+constexpr double kInside = 1e-12;   // relative slack of a free variable at its bound
+constexpr double kDescent = 1e-13;  // relative change of an objective that counts
+
+struct Box {
+  int k;
+  const double* columns;  // k columns of m
+  const double* lower;    // k, of z
+  const double* upper;    // k
+  double kappa;
+  double threshold;       // of singular values: relative where >= 0, else absolute (its negative)
+  const double* weight;   // k x k: W, or null for the identity
+  double* whitened;       // 6 k and
+  double* triangle;       // k x k numbers where there is a weight
+  double* z;              // k: the answer
+  std::int8_t* state;     // k: -1 at lower, 1 at upper, 0 free; in: where to start
+  double* target;         // k
+  double* work;           // 6 k
+  int* index;             // k
+  int* releases;          // k
+  int iterations;         // factorisations
+  bool capped;            // the bound on the steps was met
+  double residual[kRows]; // b - A z
+  double dual[kRows];     // of the free variables: (W z)_i = a_i . dual
+};
+
+// (W z)_i.
+STILLREACH_INLINE double weighted(const Box& b, const double* z, int i) {
+  if (!b.weight) return z[i];
+  double sum = 0.0;
+  for (int j = 0; j < b.k; ++j) sum = madd(b.weight[i * b.k + j], z[j], sum);
+  return sum;
+}
+
+// Value of the objective: first the task error, then the norm (added up where kappa > 0).
+struct Objective {
+  double error, norm;
+};
+
+template <int M>
+inline Objective objective(Rows<M> m, const Box& b, const double* rhs, const double* z) {
+  double e[kRows];
+  residual_of(m, b.columns, nullptr, b.k, rhs, z, e);
+  Objective o{dot(m, e, e), 0.0};
+  for (int i = 0; i < b.k; ++i) o.norm = madd(z[i], weighted(b, z, i), o.norm);
+  if (b.kappa > 0.0) o.error = madd(b.kappa, o.norm, o.error), o.norm = 0.0;
+  return o;
+}
+
+STILLREACH_INLINE bool lower_than(const Objective& a, const Objective& b, double noise) {
+  const double slack = kDescent * b.error + noise;
+  if (a.error < b.error - slack) return true;
+  return a.error <= b.error + slack && a.norm < b.norm * (1.0 - kDescent);
+}
+
+// The free variables under a full weight: whitened by its Cholesky factor, moved by what the fixed ones pull.
+template <int M>
+inline void solve_free_weighted(Rows<M> m, Box& b, double* rest, int free, Inner& in) {
+  double* pull = b.target;
+  factor_weight(b.k, b.weight, b.index, free, b.triangle);
+  for (int j = 0; j < free; ++j) {
+    const int i = b.index[j];
+    for (int r = 0; r < m(); ++r) b.whitened[j * m() + r] = b.columns[i * m() + r];
+    pull[j] = 0.0;
+    for (int f = 0; f < b.k; ++f)
+      if (b.state[f] != 0) pull[j] = madd(-b.weight[i * b.k + f], b.z[f], pull[j]);
+  }
+  solve_triangle(free, b.triangle, false, m(), b.whitened);
+  solve_triangle(free, b.triangle, false, 1, pull);
+  for (int j = 0; j < free; ++j)
+    for (int r = 0; r < m(); ++r) rest[r] = madd(-b.whitened[j * m() + r], pull[j], rest[r]);
+  double* z = b.work;  // the QR needs the first m * free numbers of it only while it runs
+  solve_inner(m, b.whitened, nullptr, free, rest, b.kappa, b.threshold, b.work, z, in);
+  for (int j = 0; j < free; ++j) b.target[j] = pull[j] + z[j];
+  solve_triangle(free, b.triangle, true, 1, b.target);
+}
+
+// Solves for the free variables; target[j] belongs to index[j].
+template <int M>
+inline int solve_free(Rows<M> m, Box& b, const double* rhs, Inner& in) {
+  double rest[kRows];
+  int free = 0;
+  for (int r = 0; r < m(); ++r) rest[r] = rhs[r];
+  for (int i = 0; i < b.k; ++i) {
+    if (b.state[i] == 0) {
+      b.index[free++] = i;
+    } else if (b.z[i] != 0.0) {
+      const double* a = b.columns + i * m();
+      for (int r = 0; r < m(); ++r) rest[r] = madd(-a[r], b.z[i], rest[r]);
+    }
+  }
+  if (free > 0) {
+    if (b.weight)
+      solve_free_weighted(m, b, rest, free, in);
+    else
+      solve_inner(m, b.columns, b.index, free, rest, b.kappa, b.threshold, b.work, b.target, in);
+    ++b.iterations;
+  } else {
+    for (int r = 0; r < m(); ++r)
+      in.residual[r] = rest[r], in.dual[r] = b.kappa > 0.0 ? rest[r] / b.kappa : 0.0;
+  }
+  return free;
+}
+
+STILLREACH_INLINE bool inside(double z, double lower, double upper) {
+  const double slack = kInside * magnitude(z);
+  return z <= upper + slack && z >= lower - slack;
+}
+
+// Moves the free variables towards their targets: all the way with the ones that leave the box stopped at it where that
+// lowers the objective, else up to the first bound that is met. Stopped variables become fixed.
+template <int M>
+inline void advance(Rows<M> m, Box& b, const double* rhs, int free, bool first, double noise, Objective& now) {
+  if (first) {
+    for (int j = 0; j < free; ++j) {
+      const int i = b.index[j];
+      b.state[i] = inside(b.target[j], b.lower[i], b.upper[i]) ? 0 : b.target[j] > b.upper[i] ? 1 : -1;
+      b.z[i] = clamp(b.target[j], b.lower[i], b.upper[i]);
+    }
+    now = objective(m, b, rhs, b.z);
+    return;
+  }
+  double* trial = b.work;  // free again: solve_inner is done with it
+  for (int i = 0; i < b.k; ++i) trial[i] = b.z[i];
+  for (int j = 0; j < free; ++j) trial[b.index[j]] = clamp(b.target[j], b.lower[b.index[j]], b.upper[b.index[j]]);
+  const Objective there = objective(m, b, rhs, trial);
+  if (lower_than(there, now, noise)) {
+    for (int j = 0; j < free; ++j) {
+      const int i = b.index[j];
+      if (!inside(b.target[j], b.lower[i], b.upper[i])) b.state[i] = b.target[j] > b.upper[i] ? 1 : -1;
+      b.z[i] = trial[i];
+    }
+    now = there;
+    return;
+  }
+  double part = 1.0;
+  int blocking = -1;
+  for (int j = 0; j < free; ++j) {
+    const int i = b.index[j];
+    if (inside(b.target[j], b.lower[i], b.upper[i])) continue;
+    const double move = b.target[j] - b.z[i];
+    const double room = ((move > 0.0 ? b.upper[i] : b.lower[i]) - b.z[i]) / move;
+    if (blocking < 0 || room < part) part = larger(room, 0.0), blocking = j;
+  }
+  for (int j = 0; j < free; ++j) {
+    const int i = b.index[j];
+    b.z[i] = clamp(madd(part, b.target[j] - b.z[i], b.z[i]), b.lower[i], b.upper[i]);
+  }
+  if (blocking >= 0) {
+    const int i = b.index[blocking];
+    b.state[i] = b.target[blocking] > b.upper[i] ? 1 : -1;
+    b.z[i] = b.state[i] > 0 ? b.upper[i] : b.lower[i];
+  }
+  now = objective(m, b, rhs, b.z);
+}
+
+// The fixed variable whose release lowers the objective most, or -1. wanted: one was wanted that may not move again.
+template <int M>
+inline int choose_release(Rows<M> m, const Box& b, const Inner& in, double size, bool& wanted) {
+  const bool consistent = b.kappa == 0.0 && square_root(dot(m, in.residual, in.residual)) <= 1e-13 * size;
+  int first = -1, second = -1;
+  double first_gain = 0.0, second_gain = 0.0;
+  wanted = false;
+  for (int i = 0; i < b.k; ++i) {
+    if (b.state[i] == 0) continue;
+    const double* a = b.columns + i * m();
+    const double length = square_root(dot(m, a, a)), side = b.state[i], z = weighted(b, b.z, i);
+    // > 0: moving off the bound, into the box, pays
+    const double primary = b.kappa > 0.0 ? side * b.kappa * (z - dot(m, a, in.dual)) : consistent ? 0.0 : -side * dot(m, a, in.residual);
+    const double noise = b.kappa > 0.0 ? 1e-13 * b.kappa * (magnitude(z) + length * square_root(dot(m, in.dual, in.dual)))
+                                       : 1e-13 * length * size;
+    if (magnitude(primary) > noise || b.kappa > 0.0) {
+      if (primary > noise) {
+        if (b.releases[i] >= kMaxReleases)
+          wanted = true;
+        else if (primary > first_gain * length)
+          first = i, first_gain = primary / length;
+      }
+      continue;
+    }
+    const double secondary = side * (z - dot(m, a, in.dual));
+    const double slack = 1e-12 * (magnitude(z) + length * square_root(dot(m, in.dual, in.dual)));
+    if (secondary > slack) {
+      if (b.releases[i] >= kMaxReleases)
+        wanted = true;
+      else if (secondary > second_gain)
+        second = i, second_gain = secondary;
+    }
+  }
+  return first >= 0 ? first : second;
+}
+
+// solved: b.target and `in` already hold the answer for all variables free.
+template <int M>
+inline void solve_box(Rows<M> m, const double* rhs, Box& b, Inner& in, bool solved) {
+  double size = square_root(dot(m, rhs, rhs));
+  for (int i = 0; i < b.k; ++i) {
+    b.releases[i] = 0;
+    if (b.state[i] > 0 && !(b.upper[i] < infinity())) b.state[i] = 0;
+    if (b.state[i] < 0 && !(b.lower[i] > -infinity())) b.state[i] = 0;
+    b.z[i] = b.state[i] > 0 ? b.upper[i] : b.state[i] < 0 ? b.lower[i] : clamp(0.0, b.lower[i], b.upper[i]);
+    if (b.state[i] != 0) {
+      const double* a = b.columns + i * m();
+      size = larger(size, magnitude(b.z[i]) * square_root(dot(m, a, a)));
+    }
+  }
+  const double noise = 1e-28 * size * size;
+  Objective now{infinity(), infinity()};
+  bool first = true;
+  b.capped = false;
+  const int most = (kMaxReleases + 1) * b.k + 2;
+  for (int step = 0; step < most; ++step) {
+    const int free = solved && step == 0 ? b.k : solve_free(m, b, rhs, in);
+    bool all_inside = true;
+    for (int j = 0; j < free; ++j) all_inside &= inside(b.target[j], b.lower[b.index[j]], b.upper[b.index[j]]);
+    if (!all_inside) {
+      advance(m, b, rhs, free, first, noise, now);
+      first = false;
+      continue;
+    }
+    for (int j = 0; j < free; ++j) {
+      const int i = b.index[j];
+      b.z[i] = clamp(b.target[j], b.lower[i], b.upper[i]);
+    }
+    for (int r = 0; r < m(); ++r) b.residual[r] = in.residual[r], b.dual[r] = in.dual[r];
+    bool wanted;
+    const int release = choose_release(m, b, in, size, wanted);
+    if (release < 0) {
+      b.capped = wanted;
+      return;
+    }
+    if (first) now = objective(m, b, rhs, b.z), first = false;
+    ++b.releases[release];
+    b.state[release] = 0;
+  }
+  b.capped = true;
+  residual_of(m, b.columns, nullptr, b.k, rhs, b.z, b.residual);
+}
+
+STILLREACH_END

@@ -1,0 +1,99 @@
+// One control tick: kinematics, task rows, bounds from faults and limits, reference rates, law.
+#pragma once
+
+#include "bounds.hpp"
+#include "kinematics.hpp"
+#include "law.hpp"
+#include "null_motion.hpp"
+#include "tracking.hpp"
+
+STILLREACH_BEGIN
+
+// Rows of a base-axes 6-vector that the task looks at.
+STILLREACH_INLINE void select_rows(const ControllerState& c, const double* base, double* task) {
+  double v[6];
+  for (int h = 0; h < 6; h += 3)
+    for (int i = 0; i < 3; ++i) v[h + i] = c.tool_axes ? dot3(c.pose + 3 * i, base + h) : base[h + i];
+  for (int r = 0; r < c.m; ++r) task[r] = v[c.rows[r]];
+}
+
+// The reference rates: null motion, return from outside the position limits, and after a fault the last rates.
+inline const double* reference_rates(ControllerState& c, const double* q, Workspace& w) {
+  const int n = c.arm.n;
+  bool any = c.null_kind != NULL_NONE || c.transition > 0.0;
+  if (c.null_kind == NULL_NONE)
+    for (int i = 0; i < n; ++i) c.reference[i] = 0.0;
+  else if (c.m == 6)
+    null_motion(Rows<6>{6}, c, q, w, c.reference);
+  else
+    null_motion(Rows<0>{c.m}, c, q, w, c.reference);
+  if (c.return_rate > 0.0)
+    for (int i = 0; i < n; ++i) {
+      const double out = q[i] > c.position_upper[i] ? q[i] - c.position_upper[i] : q[i] < c.position_lower[i] ? q[i] - c.position_lower[i] : 0.0;
+      if (out == 0.0) continue;
+      c.reference[i] = -clamp(out / c.period, -c.return_rate, c.return_rate);
+      any = true;
+    }
+  if (c.transition > 0.0)
+    for (int i = 0; i < n; ++i) c.reference[i] = madd(c.transition, c.last[i] - c.reference[i], c.reference[i]);
+  return any ? c.reference : nullptr;
+}
+
+// An encoder or a command that is no number: brake, within the acceleration limits; failed joints keep their rates.
+inline void brake(ControllerState& c, const double* q, Answer& out) {
+  out.status = INVALID_INPUT, out.damping = 0.0, out.scale = 0.0, out.task_error = 0.0, out.iterations = 0;
+  for (int i = 0; i < c.arm.n; ++i) {
+    joint_bounds(c, i, q[i]);
+    out.rates[i] = clamp(0.0, c.lower[i], c.upper[i]);
+    out.active[i] = !(c.lower[i] < c.upper[i]) ? 2 : 0;
+  }
+  for (int r = 0; r < c.m; ++r) out.residual[r] = 0.0;
+}
+
+// The tick without its memory. twist: 6, base axes. target: 12 numbers (rotation by columns, translation) to close the
+// loop on, or null.
+inline void evaluate(ControllerState& c, const double* q, const double* twist, const double* target, Workspace& w, Answer& out) {
+  const int n = c.arm.n;
+  bool finite = true;
+  for (int i = 0; i < n; ++i) finite &= is_finite(q[i]);
+  for (int r = 0; r < 6; ++r) finite &= is_finite(twist[r]);
+  if (target)
+    for (int r = 0; r < 12; ++r) finite &= is_finite(target[r]);
+  for (int i = 0; i < n; ++i) out.active[i] = c.active[i];
+  if (finite) {
+    kinematics(c.arm, q, c.scratch, c.pose, c.jacobian);
+    bool kept = true;
+    for (int i = 0; i < n; ++i) kept &= joint_bounds(c, i, q[i]);
+    for (int r = 0; r < 6; ++r) c.command[r] = twist[r];
+    if (target) add_correction(target, c.pose, c.track_gain, c.track_linear, c.track_angular, c.command);
+    if (c.every_row) {
+      for (int r = 0; r < 6; ++r) c.twist[r] = c.command[r];
+    } else {
+      for (int i = 0; i < n; ++i) select_rows(c, c.jacobian + 6 * i, c.task_jacobian + c.m * i);
+      select_rows(c, c.command, c.twist);
+    }
+    const Problem p{c.m, n, c.task_jacobian, c.twist, c.lower, c.upper, reference_rates(c, q, w), c.metric};
+    solve_law(c.law, p, w, out);
+    if (!kept) out.status |= LIMIT_GIVEN_UP;
+    if (out.status & FAULT_NOT_COMPENSATED) {
+      bool runaway = false;
+      for (int i = 0; i < n; ++i) runaway |= c.health[i] == RUNAWAY;
+      if (!runaway) out.status &= ~FAULT_NOT_COMPENSATED;
+    }
+  } else {
+    brake(c, q, out);
+  }
+}
+
+// Remembers what was commanded: the base of acceleration limits, warm starts and transitions.
+inline void commit(ControllerState& c, const double* rates, const std::int8_t* active) {
+  for (int i = 0; i < c.arm.n; ++i) c.last[i] = rates[i], c.active[i] = active[i];
+  c.transition = c.transition > 0.0 ? larger(c.transition - c.period * c.transition_rate, 0.0) : 0.0;
+}
+
+inline void tick(ControllerState& c, const double* q, const double* twist, const double* target, Workspace& w, Answer& out) {
+  evaluate(c, q, twist, target, w, out);
+  commit(c, out.rates, out.active);
+}
+
+STILLREACH_END

@@ -1,0 +1,58 @@
+// The memory of a controller: what it was told once, what is broken, and what it did a tick ago. No functions.
+#pragma once
+
+#include "types.hpp"
+
+namespace stillreach {
+
+enum NullMotionKind : int { NULL_NONE = 0, NULL_RATES = 1, NULL_POSTURE = 2, NULL_CENTRING = 3, NULL_MANIPULABILITY = 4, NULL_GRADIENT = 5 };
+
+struct ControllerState {
+  // told once
+  ArmView arm;             // with the task's tool
+  LawSettings law;
+  Metric metric;           // of the m task rows
+  int m;
+  int rows[6];             // which of [v; w]
+  int tool_axes;           // rows are taken along the tool's axes instead of the base's
+  int every_row;           // six rows along base axes: no selection needed
+  double period;           // [s]
+  const double* rate_lower;         // n each
+  const double* rate_upper;
+  const double* position_lower;
+  const double* position_upper;
+  const double* acceleration;
+  double return_rate;      // [rad/s or m/s] at which joints outside their position limits are asked back; 0: not asked
+  double transition_rate;  // [1/s] at which the reference returns from the last rates to the null motion after a fault
+  double track_gain;       // [1/s]
+  double track_linear;     // largest correction [m/s]
+  double track_angular;    // and [rad/s]
+  int null_kind;           // NullMotionKind
+  double null_gain;
+  double null_largest;     // largest rate that a null motion asks for
+  const double* null_vector;  // n: rates, posture or gradient, by kind
+
+  // what is broken
+  std::int8_t* health;     // n, Health
+  double* fault_value;     // n: fraction left of a derated joint, rate of a runaway one
+
+  // what happened
+  double* last;            // n: last commanded rates
+  std::int8_t* active;     // n: bounds active a tick ago, as in Answer::active
+  double transition;       // 1 just after a fault, falls to 0
+
+  // this tick
+  double* jacobian;        // 6 n, all rows, base axes
+  double* task_jacobian;   // m n: the selected rows (the same memory as `jacobian` when every_row)
+  double* lower;           // n
+  double* upper;           // n
+  std::int8_t* lower_reason;  // n, Reason
+  std::int8_t* upper_reason;  // n
+  double* reference;       // n
+  double* scratch;         // 8 n
+  double pose[12];         // rotation by columns, translation
+  double command[6];       // the twist asked for, corrections included, base axes
+  double twist[6];         // its m task rows
+};
+
+}  // namespace stillreach

@@ -1,0 +1,138 @@
+// Damping factors for the singularity-robust law. Joint rates relative to their limits are u_i(kappa) = offset_i +
+// sum_j shape_ij beta_j / (sigma_j^2 + kappa): everything here is a function of the shapes (k x rank, row-major, 6 apart),
+// beta and sigma^2.
+#pragma once
+
+#include "spectrum.hpp"
+
+STILLREACH_BEGIN
+
+constexpr int kDampingSteps = 100;
+
+struct DampingSearch {
+  int k, rank;
+  const double* shapes;  // k x 6
+  const double* offset;  // k or null
+  double beta[kRows], square[kRows];
+};
+
+// One rational function sum_j a_j / (x_j + kappa) that exceeds `limit` > 0 at kappa: a step towards its first crossing
+// that never passes it. Two bounds of the function from below, the larger step counts: the positive terms bounded through
+// their concave reciprocal (as Newton's method on 1 / norm does), and a Taylor expansion whose second derivative is
+// bounded by the negative terms (their third powers only fall); near the crossing the latter is Newton's step.
+STILLREACH_INLINE double safe_step(int rank, const double* a, const double* inverse, double limit) {
+  double p = 0.0, n = 0.0, dp = 0.0, dn = 0.0, n3 = 0.0;
+  for (int j = 0; j < rank; ++j) {
+    const double t = a[j] * inverse[j], d = t * inverse[j];
+    if (t > 0.0)
+      p += t, dp += d;
+    else
+      n -= t, dn -= d, n3 -= d * inverse[j];
+  }
+  const double excess = p - n - limit, slope = dp - dn;
+  if (!(excess > 4e-16 * (p + n))) return 0.0;
+  const double harmonic = p * excess / ((limit + n) * dp);
+  const double taylor = 2.0 * excess / (slope + square_root(madd(slope, slope, 4.0 * n3 * excess)));
+  return taylor > harmonic ? taylor : harmonic;  // a NaN in either leaves the other, or ends the search
+}
+
+STILLREACH_INLINE void reciprocals(const DampingSearch& d, double kappa, double* inverse) {
+  for (int j = 0; j < d.rank; ++j) inverse[j] = 1.0 / (d.square[j] + kappa);
+}
+
+// Step of the largest |u_i| (norm inf): no joint over its limit can come back under it before its own step.
+inline double step_inf(const DampingSearch& d, double kappa) {
+  double inverse[kRows], step = 0.0;
+  reciprocals(d, kappa, inverse);
+  for (int i = 0; i < d.k; ++i) {
+    const double* row = d.shapes + 6 * i;
+    double a[kRows], u = 0.0;
+    for (int j = 0; j < d.rank; ++j) a[j] = row[j] * d.beta[j], u = madd(a[j], inverse[j], u);
+    const double offset = d.offset ? d.offset[i] : 0.0, sign = u + offset < 0.0 ? -1.0 : 1.0;
+    const double limit = 1.0 - sign * offset;
+    if (!(sign * u > limit * (1.0 + 1e-13)) || !(limit > 0.0)) continue;
+    if (sign < 0.0)
+      for (int j = 0; j < d.rank; ++j) a[j] = -a[j];
+    const double s = safe_step(d.rank, a, inverse, limit);
+    if (s > step) step = s;
+  }
+  return step;
+}
+
+// Step of |u| (norm 2): its component along today's direction bounds it from below and touches it here.
+inline double step_2(const DampingSearch& d, double kappa) {
+  double inverse[kRows], a[kRows] = {0, 0, 0, 0, 0, 0}, square = 0.0, offset = 0.0;
+  reciprocals(d, kappa, inverse);
+  for (int i = 0; i < d.k; ++i) {
+    const double* row = d.shapes + 6 * i;
+    double u = d.offset ? d.offset[i] : 0.0;
+    for (int j = 0; j < d.rank; ++j) u = madd(row[j] * d.beta[j], inverse[j], u);
+    square = madd(u, u, square);
+    if (d.offset) offset = madd(u, d.offset[i], offset);
+    for (int j = 0; j < d.rank; ++j) a[j] = madd(u, row[j] * d.beta[j], a[j]);
+  }
+  const double norm = square_root(square);
+  if (!(norm > 1.0 + 1e-13)) return 0.0;
+  for (int j = 0; j < d.rank; ++j) a[j] /= norm;
+  const double limit = 1.0 - offset / norm;
+  return limit > 0.0 ? safe_step(d.rank, a, inverse, limit) : 0.0;
+}
+
+// A damping factor that meets the limits for certain: the terms without their signs fall with kappa.
+inline double safe_side(const DampingSearch& d, int norm, double kappa) {
+  for (int step = 0; step < 2000; ++step) {
+    double worst = 0.0, sum = 0.0;
+    for (int i = 0; i < d.k; ++i) {
+      double u = 0.0;
+      for (int j = 0; j < d.rank; ++j) u += magnitude(d.shapes[6 * i + j] * d.beta[j]) / (d.square[j] + kappa);
+      const double room = larger(1.0 - (d.offset ? magnitude(d.offset[i]) : 0.0), 1e-3);
+      worst = larger(worst, u / room), sum = madd(u / room, u / room, sum);
+    }
+    if ((norm == NORM_2 ? square_root(sum) : worst) <= 1.0) break;
+    kappa = larger(kappa * 1.5, 1e-12 * d.square[0]);
+  }
+  return kappa;
+}
+
+// Eq. (10): the smallest kappa >= 0 that meets the limit. steps: how many it took; capped: the safe side was taken.
+inline double exact_damping(const DampingSearch& d, int norm, int& steps, bool& capped) {
+  double kappa = 0.0;
+  capped = false;
+  for (steps = 1; steps <= kDampingSteps; ++steps) {
+    const double step = norm == NORM_2 ? step_2(d, kappa) : step_inf(d, kappa);
+    const double next = kappa + step;
+    if (!(next > kappa)) return kappa;
+    kappa = next;
+  }
+  capped = true;
+  return safe_side(d, norm, kappa);
+}
+
+// Eq. (16): kappa = [|V| |U' twist| / 2 dq_max]^2 with both norms inf, or both 2. `square` holds sigma^2.
+inline double closed_form_damping(const DampingSearch& d, int norm) {
+  double left = 0.0, right = 0.0;
+  if (norm == NORM_INF) {
+    for (int i = 0; i < d.k; ++i) {
+      double sum = 0.0;
+      for (int j = 0; j < d.rank; ++j) sum += magnitude(d.shapes[6 * i + j]) / square_root(d.square[j]);
+      left = larger(left, sum);
+    }
+    for (int j = 0; j < d.rank; ++j) right = larger(right, magnitude(d.beta[j]));
+    return 0.25 * left * left * right * right;
+  }
+  double product[kRows][kRows] = {};  // (shapes / sigma)' (shapes / sigma); its largest eigenvalue is |V|_2^2
+  for (int i = 0; i < d.k; ++i)
+    for (int a = 0; a < d.rank; ++a)
+      for (int b = 0; b < d.rank; ++b)
+        product[a][b] += d.shapes[6 * i + a] / square_root(d.square[a]) * (d.shapes[6 * i + b] / square_root(d.square[b]));
+  jacobi(d.rank, d.rank, product);  // symmetric: its singular values are its eigenvalues
+  for (int a = 0; a < d.rank; ++a) {
+    double sum = 0.0;
+    for (int b = 0; b < d.rank; ++b) sum = madd(product[a][b], product[a][b], sum);
+    left = larger(left, square_root(sum));
+  }
+  for (int j = 0; j < d.rank; ++j) right = madd(d.beta[j], d.beta[j], right);
+  return 0.25 * left * right;
+}
+
+STILLREACH_END

@@ -1,0 +1,55 @@
+// What a program calls after it chose an instruction set at run time: a table of functions, one table a set.
+#pragma once
+
+#include "arm.hpp"
+#include "rollout.hpp"
+
+namespace stillreach {
+
+struct Memory {  // as make_workspace() wants it
+  double* doubles;
+  int* ints;
+  std::int8_t* bytes;
+};
+
+struct Kernel {
+  const char* instruction_set;
+  std::size_t (*workspace_doubles)(int n, bool full_joint_weight);
+  void (*align_axes)(int n, const double* placements, const double* axes, double* out);
+  void (*kinematics)(const ArmView& arm, const double* q, double* scratch, double* pose, double* jacobian);
+  void (*solve)(const LawSettings& law, const Problem& p, const Memory& memory, Answer& out);
+  void (*tick)(ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory, Answer& out);
+  void (*rollout)(ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages, bool advance,
+                  const Memory& memory, Answer& a, double* scratch, std::int8_t* scratch_active, const Record& to);
+};
+
+}  // namespace stillreach
+
+STILLREACH_BEGIN
+
+// The table of the instruction set that this file is compiled for.
+inline Kernel make_kernel() {
+  Kernel k;
+  k.instruction_set = STILLREACH_STRINGIFY(STILLREACH_ISA);
+  k.workspace_doubles = [](int n, bool full) { return workspace_doubles(n, full); };
+  k.align_axes = [](int n, const double* placements, const double* axes, double* out) { align_axes(n, placements, axes, out); };
+  k.kinematics = [](const ArmView& arm, const double* q, double* scratch, double* pose, double* jacobian) {
+    kinematics(arm, q, scratch, pose, jacobian);
+  };
+  k.solve = [](const LawSettings& law, const Problem& p, const Memory& memory, Answer& out) {
+    Workspace w = make_workspace(p.n, p.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
+    solve_law(law, p, w, out);
+  };
+  k.tick = [](ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory, Answer& out) {
+    Workspace w = make_workspace(c.arm.n, c.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
+    tick(c, q, twist, target, w, out);
+  };
+  k.rollout = [](ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages, bool advance,
+                 const Memory& memory, Answer& a, double* scratch, std::int8_t* scratch_active, const Record& to) {
+    Workspace w = make_workspace(c.arm.n, c.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
+    rollout(c, q, twists, targets, steps, stages, advance, w, a, scratch, scratch_active, to);
+  };
+  return k;
+}
+
+STILLREACH_END

@@ -1,0 +1,141 @@
+// LeastError: the least weighted task error inside the bounds, then the rates nearest to the reference; with max_gain g
+// damped by kappa <= 1 / (4 g^2) where the bounds or a singularity are near.
+#pragma once
+
+#include "box.hpp"
+#include "pseudoinverse.hpp"
+
+STILLREACH_BEGIN
+
+constexpr double kBoundRamp = 0.5;      // damping is full where the pseudoinverse exceeds a bound by this part of the largest
+constexpr double kCompensated = 1e-9;   // relative task error from which on a runaway joint counts as not compensated
+
+// The bounded problem in scaled rates relative to the reference. rhs: right-hand side moved by the reference.
+template <int M>
+inline Box make_box(Rows<M> m, const LawSettings& law, const Problem& p, System& s, Workspace& w, double* rhs) {
+  for (int r = 0; r < m(); ++r) rhs[r] = s.rhs[r];
+  for (int j = 0; j < s.k; ++j) {
+    const int i = w.joint[j];
+    double reference = p.reference ? p.reference[i] : 0.0;
+    if (!is_finite(reference)) reference = 0.0;
+    w.lower[j] = (p.lower[i] - reference) / w.scale[j];
+    w.upper[j] = (p.upper[i] - reference) / w.scale[j];
+    w.offset[j] = reference / w.scale[j];
+    if (reference != 0.0)
+      for (int r = 0; r < m(); ++r) rhs[r] = madd(-w.columns[j * m() + r], w.offset[j], rhs[r]);
+  }
+  if (s.full) scale_joint_weight(p, s, w);
+  Box b;
+  b.k = s.k, b.columns = w.columns, b.lower = w.lower, b.upper = w.upper, b.kappa = 0.0, b.threshold = law.rank_tolerance;
+  b.weight = s.full ? w.weight : nullptr, b.whitened = w.whitened, b.triangle = w.triangle;
+  b.z = w.z, b.state = w.state, b.target = w.target, b.work = w.work, b.index = w.index, b.releases = w.releases;
+  b.iterations = 0, b.capped = false;
+  return b;
+}
+
+// All variables free: the pseudoinverse, in b.target and `in`. Makes the rank threshold absolute. True where it is
+// inside the bounds.
+template <int M>
+inline bool solve_unbounded(Rows<M> m, const double* rhs, Box& b, Inner& in) {
+  for (int j = 0; j < b.k; ++j) b.state[j] = 0;
+  solve_free(m, b, rhs, in);
+  const double sigma = in.way == SPECTRAL ? in.spectrum.sigma[0] : square_root(in.factor.trace);
+  b.threshold = -b.threshold * sigma;
+  bool all = true;
+  for (int j = 0; j < b.k; ++j) all &= b.target[j] <= b.upper[j] && b.target[j] >= b.lower[j];
+  return all;
+}
+
+// kappa for max_gain g: 0 where the pseudoinverse is inside the bounds and its gain below g; else rising with the gain,
+// just fast enough to keep the damped gain at g, or with the excess over the bounds, up to 1 / (4 g^2).
+inline double gain_damping(double g, const Box& b, double inverse_square_sum) {
+  const double sg = g / square_root(inverse_square_sum);  // g times a smooth lower bound of the smallest singular value
+  double part = sg >= 1.0 ? 0.0 : sg <= 0.5 ? 1.0 : 4.0 * sg * (1.0 - sg);
+  double largest = 0.0, excess = 0.0;
+  for (int j = 0; j < b.k; ++j) {
+    const double up = magnitude(b.upper[j]), down = magnitude(b.lower[j]);
+    if (up < infinity()) largest = larger(largest, up);
+    if (down < infinity()) largest = larger(largest, down);
+    excess = larger(excess, larger(b.target[j] - b.upper[j], b.lower[j] - b.target[j]));
+  }
+  if (excess > 0.0) part = larger(part, excess < kBoundRamp * largest ? excess / (kBoundRamp * largest) : 1.0);
+  return part / (4.0 * g * g);
+}
+
+// Where a fixed joint moves, and the task is not met: the others could not make up for it.
+template <int M>
+inline bool fault_not_compensated(Rows<M> m, const Problem& p, const Answer& out) {
+  double drift = 0.0, size = 0.0;
+  for (int i = 0; i < p.n; ++i)
+    if (!(p.lower[i] < p.upper[i]) && p.lower[i] != 0.0)
+      for (int r = 0; r < m(); ++r) drift = larger(drift, magnitude(p.jacobian[i * m() + r] * p.lower[i]));
+  if (drift == 0.0) return false;
+  for (int r = 0; r < m(); ++r) size = larger(size, magnitude(out.residual[r]));
+  return size > kCompensated * drift;
+}
+
+// From scaled rates relative to the reference to rates inside the bounds; those at a bound get it exactly.
+inline void write_rates(const Problem& p, const Box& b, const Workspace& w, double* rates) {
+  for (int j = 0; j < b.k; ++j) {
+    const int i = w.joint[j];
+    const double rate = w.scale[j] * (b.z[j] + w.offset[j]);
+    rates[i] = b.state[j] > 0 ? p.upper[i] : b.state[j] < 0 ? p.lower[i] : clamp(is_finite(rate) ? rate : 0.0, p.lower[i], p.upper[i]);
+  }
+}
+
+// Working joints and columns; false where there is nothing to solve, the answer standing already.
+template <int M>
+inline bool prepare(Rows<M> m, const Problem& p, Workspace& w, Answer& out, System& s) {
+  int k;
+  out.status = OK, out.damping = 0.0, out.scale = 1.0, out.iterations = 0;
+  find_working_joints(p, nullptr, w, k, out.rates);
+  if (k > 0) {
+    s = assemble(m, p, out.rates, nullptr, k, nullptr, w);
+    if (s.finite) return true;
+    out.status |= INVALID_INPUT;
+  } else {
+    out.status |= NO_WORKING_JOINT;
+  }
+  rest(p, out.rates);
+  report(m, p, out);
+  if (fault_not_compensated(m, p, out)) out.status |= FAULT_NOT_COMPENSATED;
+  return false;
+}
+
+// Starting states from the bounds that were active a tick ago. True where there were any.
+inline bool warm_states(const Workspace& w, int k, const std::int8_t* active, std::int8_t* state) {
+  bool any = false;
+  for (int j = 0; j < k; ++j) {
+    const std::int8_t a = active[w.joint[j]];
+    state[j] = a == 1 || a == -1 ? a : 0;
+    any |= state[j] != 0;
+  }
+  return any;
+}
+
+template <int M>
+inline void least_error(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
+  System s;
+  if (!prepare(m, p, w, out, s)) return;
+  double rhs[kRows];
+  Box b = make_box(m, law, p, s, w, rhs);
+  Inner in;
+  const bool inside_all = solve_unbounded(m, rhs, b, in);
+  if (in.rank < (s.k < m() ? s.k : m())) out.status |= SINGULAR;
+  if (law.max_gain > 0.0) b.kappa = gain_damping(law.max_gain * s.unit_a, b, in.inverse_square_sum);
+  if (inside_all && b.kappa == 0.0) {
+    for (int j = 0; j < s.k; ++j) b.z[j] = b.target[j];
+  } else {
+    const bool warm = warm_states(w, s.k, out.active, b.state);
+    solve_box(m, rhs, b, in, !warm && b.kappa == 0.0);
+    if (b.capped) out.status |= ITERATION_LIMIT;
+  }
+  out.iterations = b.iterations;
+  out.damping = b.kappa * s.unit_a * s.unit_a;
+  if (b.kappa > 0.0) out.status |= DAMPED;
+  write_rates(p, b, w, out.rates);
+  report(m, p, out);
+  if (fault_not_compensated(m, p, out)) out.status |= FAULT_NOT_COMPENSATED;
+}
+
+STILLREACH_END

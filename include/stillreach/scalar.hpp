@@ -1,0 +1,44 @@
+// Arithmetic that is the same to the last bit in a scalar and in each lane of a pack: multiply-add is written out
+// (the compiler contracts nothing), rounding is by a magic number, choices are masks.
+#pragma once
+
+#include "config.hpp"
+
+#if defined(__AVX2__) && defined(__FMA__)
+#include <immintrin.h>
+#endif
+
+STILLREACH_BEGIN
+
+typedef double Pack __attribute__((vector_size(32)));     // four lanes: four independent problems, or four joints
+typedef long long Mask __attribute__((vector_size(32)));
+
+STILLREACH_INLINE double madd(double a, double b, double c) {
+#if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
+  return __builtin_fma(a, b, c);
+#else
+  return a * b + c;
+#endif
+}
+
+STILLREACH_INLINE Pack madd(Pack a, Pack b, Pack c) {
+#if defined(__AVX2__) && defined(__FMA__)
+  return (Pack)_mm256_fmadd_pd((__m256d)a, (__m256d)b, (__m256d)c);
+#elif defined(__ARM_FEATURE_FMA)
+  return Pack{madd(a[0], b[0], c[0]), madd(a[1], b[1], c[1]), madd(a[2], b[2], c[2]), madd(a[3], b[3], c[3])};
+#else
+  return a * b + c;
+#endif
+}
+
+STILLREACH_INLINE Pack broadcast(double a) { return Pack{a, a, a, a}; }
+
+STILLREACH_INLINE bool is_finite(double a) { return a - a == 0.0; }  // also right when the compiler assumes no traps
+STILLREACH_INLINE double magnitude(double a) { return __builtin_fabs(a); }
+STILLREACH_INLINE double larger(double a, double b) { return a > b ? a : b; }    // b where either is NaN
+STILLREACH_INLINE double smaller(double a, double b) { return a < b ? a : b; }
+STILLREACH_INLINE double clamp(double a, double lower, double upper) { return larger(smaller(a, upper), lower); }
+STILLREACH_INLINE double square_root(double a) { return __builtin_sqrt(a); }
+STILLREACH_INLINE double infinity() { return __builtin_inf(); }
+
+STILLREACH_END

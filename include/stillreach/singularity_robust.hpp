@@ -1,0 +1,159 @@
+// The singularity-robust inverse with failed joints, eq. (5) to (8) of Bedrossian (1994), damped by a number, by eq. (16)
+// or by eq. (10). Rates are dq = D u with D the bound on the side that a joint moves to; norm and damping act on u.
+#pragma once
+
+#include "damping.hpp"
+#include "pseudoinverse.hpp"
+
+STILLREACH_BEGIN
+
+constexpr int kSidePasses = 8;
+constexpr double kLimitSlack = 1e-13;
+
+// The damping factor that a law's settings ask for, given the undamped answer in w.z (scaled rates x) and `in`.
+// Writes the damped answer to w.z where the factor is not 0.
+template <int M>
+inline double choose_damping(Rows<M> m, const LawSettings& law, const System& s, bool offset, Workspace& w, Inner& in,
+                             Answer& out) {
+  double largest = 0.0, square = 0.0;
+  for (int j = 0; j < s.k; ++j) {
+    const double u = magnitude(w.z[j]) * w.limit[j];
+    largest = larger(largest, u), square = madd(u, u, square);
+  }
+  const double size = law.norm == NORM_2 ? square_root(square) : largest;
+  if (size <= 1.0 + kLimitSlack) return 0.0;
+
+  if (in.way == WIDE)
+    spectrum(m(), in.factor, law.rank_tolerance, in.spectrum);
+  else if (in.way == TALL)
+    spectrum(m(), w.columns, nullptr, s.k, law.rank_tolerance, w.work, in.spectrum);
+  const Spectrum& sp = in.spectrum;
+  DampingSearch d;
+  d.k = s.k, d.rank = sp.rank, d.shapes = w.shapes, d.offset = offset ? w.target : nullptr;
+  for (int j = 0; j < sp.rank; ++j) d.beta[j] = dot(m, sp.left[j], s.rhs), d.square[j] = sp.sigma[j] * sp.sigma[j];
+  for (int i = 0; i < s.k; ++i)
+    for (int j = 0; j < 6; ++j) w.shapes[6 * i + j] = j < sp.rank ? dot(m, w.columns + i * m(), sp.left[j]) : 0.0;
+  if (s.full) solve_triangle(s.k, w.triangle, true, 6, w.shapes);
+  for (int i = 0; i < s.k; ++i) {
+    for (int j = 0; j < 6; ++j) w.shapes[6 * i + j] *= w.limit[i];
+    if (offset) w.target[i] = w.offset[i] * w.limit[i];
+  }
+  double kappa;
+  if (law.damping == DAMPING_EXACT) {
+    bool capped;
+    kappa = exact_damping(d, law.norm, out.iterations, capped);
+    if (capped) out.status |= ITERATION_LIMIT;
+  } else {
+    kappa = closed_form_damping(d, law.norm);
+  }
+  if (!(kappa > 0.0)) return 0.0;
+  double dual[kRows] = {0, 0, 0, 0, 0, 0};
+  for (int j = 0; j < sp.rank; ++j) {
+    const double c = d.beta[j] / (d.square[j] + kappa);
+    for (int r = 0; r < m(); ++r) dual[r] = madd(c, sp.left[j][r], dual[r]);
+  }
+  for (int i = 0; i < s.k; ++i) w.z[i] = dot(m, w.columns + i * m(), dual);
+  if (s.full) solve_triangle(s.k, w.triangle, true, 1, w.z);
+  if (offset)
+    for (int i = 0; i < s.k; ++i) w.z[i] += w.offset[i];
+  return kappa;
+}
+
+// One pass with the sides and held joints as they are. Returns false where there was nothing to solve.
+template <int M>
+inline bool damped_pass(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, Answer& out, System& s) {
+  int k;
+  out.status = OK, out.damping = 0.0, out.iterations = 1;
+  find_working_joints(p, w.held, w, k, out.rates);
+  s.k = k;
+  if (k == 0) return false;
+  s = assemble(m, p, out.rates, w.held, k, w.extent, w);
+  if (!s.finite) {
+    rest(p, out.rates);
+    out.status |= INVALID_INPUT;
+    return false;
+  }
+  whiten(p, s, w);
+  const bool offset = weight_offset(m, p, out.rates, w.held, s, w);
+  for (int j = 0; j < k; ++j) {
+    const double extent = w.extent[w.joint[j]];
+    w.limit[j] = extent < infinity() ? w.scale[j] / extent : 0.0;
+  }
+  const double unit = s.unit_a * s.unit_a;
+  const double kappa = law.damping == DAMPING_NUMBER ? law.kappa / unit : 0.0;
+  Inner in;
+  solve_inner(m, w.columns, nullptr, k, s.rhs, kappa, law.rank_tolerance, w.work, w.z, in);
+  if (s.full) solve_triangle(k, w.triangle, true, 1, w.z);
+  if (offset)
+    for (int j = 0; j < k; ++j) w.z[j] += w.offset[j];
+  if (in.rank < (k < m() ? k : m()) && (law.damping != DAMPING_NUMBER || in.way == SPECTRAL)) out.status |= SINGULAR;
+  out.damping = law.damping == DAMPING_NUMBER ? law.kappa : choose_damping(m, law, s, offset, w, in, out) * unit;
+  for (int j = 0; j < k; ++j) out.rates[w.joint[j]] = w.scale[j] * w.z[j];
+  return true;
+}
+
+// Joints pushed against a bound at or beyond zero are held there; those that moved to the side with another bound get it.
+// True where something changed and the rest must be solved again.
+inline bool review_sides(const Problem& p, int k, Workspace& w, double* rates) {
+  bool changed = false;
+  for (int j = 0; j < k; ++j) {
+    const int i = w.joint[j];
+    if (rates[i] == 0.0) continue;
+    const bool up = rates[i] > 0.0;
+    const double extent = up ? p.upper[i] : -p.lower[i];
+    if (!(extent > 0.0)) {
+      w.held[i] = 1, rates[i] = up ? p.upper[i] : p.lower[i], changed = true;
+    } else if (extent != w.extent[i]) {
+      w.extent[i] = extent, changed = true;
+    }
+  }
+  return changed;
+}
+
+// Adds the largest part, at most all, of the projected reference rate that leaves every working joint inside its bounds.
+template <int M>
+inline void add_null_motion(Rows<M> m, const LawSettings& law, const Problem& p, const System& s, Workspace& w, double* rates) {
+  project_reference(m, p, s, law.rank_tolerance, w, w.limit);
+  double part = 1.0;
+  for (int j = 0; j < s.k; ++j) {
+    const int i = w.joint[j];
+    const double move = w.scale[j] * w.limit[j];
+    if (move == 0.0) continue;
+    const double room = ((move > 0.0 ? p.upper[i] : p.lower[i]) - rates[i]) / move;
+    if (room < part) part = larger(room, 0.0);
+  }
+  for (int j = 0; j < s.k; ++j) {
+    const double move = w.scale[j] * w.limit[j];
+    if (part > 0.0 && is_finite(move)) rates[w.joint[j]] = madd(part, move, rates[w.joint[j]]);
+  }
+}
+
+template <int M>
+inline void singularity_robust(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
+  out.scale = 1.0;
+  for (int i = 0; i < p.n; ++i) {
+    w.held[i] = 0;
+    w.extent[i] = larger(p.upper[i], -p.lower[i]);
+  }
+  System s;
+  bool solved = false;
+  for (int pass = 0; pass < kSidePasses; ++pass) {
+    solved = damped_pass(m, law, p, w, out, s);
+    if (!solved || !review_sides(p, s.k, w, out.rates)) break;
+  }
+  if (s.k == 0) out.status |= NO_WORKING_JOINT;
+  if (solved && p.reference) add_null_motion(m, law, p, s, w, out.rates);
+  if (out.damping > 0.0) out.status |= DAMPED;
+  for (int i = 0; i < p.n; ++i) {
+    if (!(p.lower[i] < p.upper[i])) {
+      out.rates[i] = p.lower[i];
+      continue;
+    }
+    const double rate = is_finite(out.rates[i]) ? out.rates[i] : 0.0, inside = clamp(rate, p.lower[i], p.upper[i]);
+    if (magnitude(inside - rate) > 1e-9 * magnitude(rate)) out.status |= CLIPPED;
+    out.rates[i] = inside;
+  }
+  report(m, p, out);
+}
+
+STILLREACH_END

@@ -1,0 +1,166 @@
+// From a tick's question to a plain least-squares problem over the working joints: columns a_i and right-hand side b in
+// weighted units, scaled so that squares neither overflow nor vanish.
+#pragma once
+
+#include "workspace.hpp"
+
+STILLREACH_BEGIN
+
+struct System {
+  int m;
+  int k;             // working joints
+  double rhs[kRows]; // R (twist - J fixed rates)
+  double unit_a;     // columns are divided by this power of two,
+  double unit_b;     // and the right-hand side by this one
+  bool full;         // a full joint weight is in use
+  bool finite;       // false: something overflowed or is NaN; there is no problem to solve
+};
+
+STILLREACH_INLINE double power_of_two_near(double a) {
+  int e = 0;
+  (void)__builtin_frexp(a, &e);
+  return __builtin_ldexp(1.0, e - 1);
+}
+
+// 1 where `a` may be squared and summed, else the power of two to divide by.
+STILLREACH_INLINE double scaling_unit(double a) { return a == 0.0 || (a > 1e-60 && a < 1e60) ? 1.0 : power_of_two_near(a); }
+
+// y = R x, R upper triangular or null for the identity.
+template <int M>
+STILLREACH_INLINE void apply_rows(Rows<M> m, const double* R, const double* x, double* y) {
+  for (int r = 0; r < m(); ++r) {
+    if (!R) {
+      y[r] = x[r];
+      continue;
+    }
+    double sum = R[r * m() + r] * x[r];
+    for (int c = r + 1; c < m(); ++c) sum = madd(R[r * m() + c], x[c], sum);
+    y[r] = sum;
+  }
+}
+
+// Working joints are those with lower < upper that are not held. rates[i] of the others is set to their bound or is
+// what the caller wrote for held joints.
+inline void find_working_joints(const Problem& p, const std::int8_t* held, Workspace& w, int& k, double* rates) {
+  k = 0;
+  for (int i = 0; i < p.n; ++i) {
+    if (p.lower[i] < p.upper[i]) {
+      if (!held || !held[i]) w.joint[k++] = i;
+    } else {
+      rates[i] = p.lower[i];
+    }
+  }
+}
+
+// The full joint weight as the scaled working rates x (rate = scale x) see it: k x k, row-major, into w.weight.
+inline void scale_joint_weight(const Problem& p, const System& s, Workspace& w) {
+  const double unit = s.unit_b / s.unit_a;
+  for (int i = 0; i < s.k; ++i)
+    for (int j = 0; j < s.k; ++j) {
+      const int a = w.joint[i], b = w.joint[j];
+      w.weight[i * s.k + j] = p.metric.joints[static_cast<std::size_t>(a) * p.n + b] *
+                              (w.scale[i] / unit / p.metric.columns[a]) * (w.scale[j] / unit / p.metric.columns[b]);
+    }
+}
+
+// Cholesky factor (lower, row-major, count x count) of the rows and columns `index` (null: all) of the k x k `weight`.
+inline void factor_weight(int k, const double* weight, const int* index, int count, double* L) {
+  for (int i = 0; i < count; ++i)
+    for (int j = 0; j <= i; ++j) {
+      double sum = weight[(index ? index[i] : i) * k + (index ? index[j] : j)];
+      for (int c = 0; c < j; ++c) sum = madd(-L[i * count + c], L[j * count + c], sum);
+      L[i * count + j] = i == j ? square_root(sum) : sum / L[j * count + j];
+    }
+}
+
+// In place, on `count` interleaved vectors: solves L y = x or, transposed, L' y = x.
+inline void solve_triangle(int k, const double* L, bool transposed, int count, double* x) {
+  for (int step = 0; step < k; ++step) {
+    const int i = transposed ? k - 1 - step : step;
+    for (int c = 0; c < count; ++c) {
+      double sum = x[i * count + c];
+      if (transposed)
+        for (int j = i + 1; j < k; ++j) sum = madd(-L[j * k + i], x[j * count + c], sum);
+      else
+        for (int j = 0; j < i; ++j) sum = madd(-L[i * k + j], x[j * count + c], sum);
+      x[i * count + c] = sum / L[i * k + i];
+    }
+  }
+}
+
+// Right-hand side and columns. extent: n bounds of the damping laws (rate = extent u), or null.
+template <int M>
+inline System assemble(Rows<M> m, const Problem& p, const double* rates, const std::int8_t* held, int k, const double* extent,
+                       Workspace& w) {
+  System s;
+  s.m = m(), s.k = k, s.full = p.metric.joints != nullptr, s.unit_a = 1.0, s.unit_b = 1.0;
+  double raw[kRows];
+  for (int r = 0; r < m(); ++r) raw[r] = p.twist[r];
+  if (k < p.n)
+    for (int i = 0; i < p.n; ++i)
+      if ((!(p.lower[i] < p.upper[i]) || (held && held[i])) && rates[i] != 0.0)
+        for (int r = 0; r < m(); ++r) raw[r] = madd(-p.jacobian[i * m() + r], rates[i], raw[r]);
+  apply_rows(m, p.metric.rows, raw, s.rhs);
+
+  double reference = 0.0;  // the largest extent, in joint units: damping keeps the units of J J'
+  if (extent)
+    for (int j = 0; j < k; ++j) {
+      const int i = w.joint[j];
+      const double e = p.metric.columns ? extent[i] / p.metric.columns[i] : extent[i];
+      if (e < infinity() && e > reference) reference = e;
+    }
+  double sum = 0.0;
+  for (int j = 0; j < k; ++j) {
+    const int i = w.joint[j];
+    double scale = p.metric.columns ? p.metric.columns[i] : 1.0;
+    if (extent && extent[i] < infinity() && reference > 0.0)
+      scale *= (p.metric.columns ? extent[i] / p.metric.columns[i] : extent[i]) / reference;
+    w.scale[j] = scale;
+    double* a = w.columns + j * m();
+    apply_rows(m, p.metric.rows, p.jacobian + i * m(), a);
+    for (int r = 0; r < m(); ++r) a[r] *= scale, sum += magnitude(a[r]);
+  }
+  double size = 0.0;
+  for (int r = 0; r < m(); ++r) size += magnitude(s.rhs[r]);
+  s.finite = is_finite(sum) && is_finite(size);
+  if (!s.finite) return s;
+  s.unit_a = scaling_unit(sum), s.unit_b = scaling_unit(size);
+  if (s.unit_a != 1.0 || s.unit_b != 1.0) {
+    for (int j = 0; j < k * m(); ++j) w.columns[j] /= s.unit_a;
+    for (int r = 0; r < m(); ++r) s.rhs[r] /= s.unit_b;
+    for (int j = 0; j < k; ++j) w.scale[j] = w.scale[j] / s.unit_a * s.unit_b;
+  }
+  return s;
+}
+
+// What every law reports once its rates stand: residual, weighted task error, active bounds, saturation.
+template <int M>
+inline void report(Rows<M> m, const Problem& p, Answer& out) {
+  double e[kRows], weighted[kRows];
+  for (int r = 0; r < m(); ++r) e[r] = p.twist[r];
+  bool saturated = false;
+  for (int i = 0; i < p.n; ++i) {
+    const double rate = out.rates[i];
+    const double* a = p.jacobian + i * m();
+    if (rate != 0.0)
+      for (int r = 0; r < m(); ++r) e[r] = madd(-a[r], rate, e[r]);
+    const bool fixed = !(p.lower[i] < p.upper[i]);
+    const bool top = rate > 0.0 ? rate >= p.upper[i] * (1.0 - 1e-9) : rate >= p.upper[i];
+    const bool bottom = rate < 0.0 ? rate <= p.lower[i] * (1.0 - 1e-9) : rate <= p.lower[i];
+    out.active[i] = fixed ? 2 : top ? 1 : bottom ? -1 : 0;
+    saturated |= out.active[i] == 1 || out.active[i] == -1;
+  }
+  apply_rows(m, p.metric.rows, e, weighted);
+  double size = 0.0;
+  for (int r = 0; r < m(); ++r) out.residual[r] = e[r], size = larger(size, magnitude(weighted[r]));
+  const double unit = scaling_unit(size);
+  double sum = 0.0;
+  for (int r = 0; r < m(); ++r) {
+    const double v = unit == 1.0 ? weighted[r] : weighted[r] / unit;
+    sum = madd(v, v, sum);
+  }
+  out.task_error = square_root(sum) * unit;
+  if (saturated) out.status |= SATURATED;
+}
+
+STILLREACH_END

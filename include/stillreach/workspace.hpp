@@ -1,0 +1,52 @@
+// The memory that one solve needs, cut from one block that the caller owns.
+#pragma once
+
+#include "factor.hpp"
+#include "types.hpp"
+
+STILLREACH_BEGIN
+
+struct Workspace {
+  int n;
+  double* columns;   // 6 n: weighted Jacobian of the working joints
+  double* work;      // 6 n: QR
+  double* shapes;    // 6 n: rate of each working joint per unit of each singular direction
+  double* scale;     // n
+  double* limit;     // n
+  double* lower;     // n
+  double* upper;     // n
+  double* z;         // n
+  double* target;    // n
+  double* offset;    // n
+  double* extent;    // n
+  double* whitened;  // 6 n where a full joint weight is used, else null
+  double* triangle;  // n * n, likewise
+  double* weight;    // n * n, likewise: the joint weight seen by the scaled working joints
+  int* joint;        // n: the working joints
+  int* index;        // n
+  int* releases;     // n
+  std::int8_t* state;  // n
+  std::int8_t* held;   // n
+};
+
+STILLREACH_INLINE std::size_t workspace_doubles(int n, bool full_joint_weight) {
+  return 26 * static_cast<std::size_t>(n) + (full_joint_weight ? (2 * static_cast<std::size_t>(n) + 6) * n : 0);
+}
+STILLREACH_INLINE std::size_t workspace_ints(int n) { return 3 * static_cast<std::size_t>(n); }
+STILLREACH_INLINE std::size_t workspace_bytes(int n) { return 2 * static_cast<std::size_t>(n); }
+
+STILLREACH_INLINE Workspace make_workspace(int n, bool full_joint_weight, double* doubles, int* ints, std::int8_t* bytes) {
+  Workspace w;
+  w.n = n;
+  w.columns = doubles, w.work = doubles + 6 * n, w.shapes = doubles + 12 * n;
+  double* rest = doubles + 18 * n;
+  double** vectors[] = {&w.scale, &w.limit, &w.lower, &w.upper, &w.z, &w.target, &w.offset, &w.extent};
+  for (double** v : vectors) *v = rest, rest += n;
+  w.whitened = w.triangle = w.weight = nullptr;
+  if (full_joint_weight) w.whitened = rest, w.triangle = rest + 6 * n, w.weight = w.triangle + static_cast<std::size_t>(n) * n;
+  w.joint = ints, w.index = ints + n, w.releases = ints + 2 * n;
+  w.state = bytes, w.held = bytes + n;
+  return w;
+}
+
+STILLREACH_END

@@ -1,0 +1,100 @@
+"""stillreach keeps a redundant arm on its task after joints fail.
+
+Given where the joints are, what the tool should do now, what is broken and what the drives allow, it returns the best joint
+rates, every control tick, and it always answers.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from stillreach._core import Solution
+    from stillreach.arm import Arm, DHRow, Joint
+    from stillreach.arm import catalogue as arms
+    from stillreach.bounds import Bounds
+    from stillreach.control import Centring, Controller, Gradient, Manipulability, NullMotion, Posture, Rates
+    from stillreach.errors import (
+        InputError,
+        MissingExtraError,
+        SimulationInterrupted,
+        StillreachError,
+        UnknownJointError,
+    )
+    from stillreach.faults import Derated, Fault, Locked, Runaway
+    from stillreach.laws import KeepDirection, Law, LeastError, Pseudoinverse, SingularityRobust
+    from stillreach.simulate import Run, Scenario, Twist, simulate
+    from stillreach.status import Health, Reason, Status
+    from stillreach.task import Task, Weights
+
+# Where each public name lives. They are imported on first use: `stillreach --version` needs none of them, nor NumPy.
+_HOMES = {
+    "_core": ("Solution",),
+    "arm": ("Arm", "DHRow", "Joint"),
+    "bounds": ("Bounds",),
+    "control": ("Centring", "Controller", "Gradient", "Manipulability", "NullMotion", "Posture", "Rates"),
+    "errors": ("InputError", "MissingExtraError", "SimulationInterrupted", "StillreachError", "UnknownJointError"),
+    "faults": ("Derated", "Fault", "Locked", "Runaway"),
+    "laws": ("KeepDirection", "Law", "LeastError", "Pseudoinverse", "SingularityRobust"),
+    "simulate": ("Run", "Scenario", "Twist", "simulate"),
+    "status": ("Health", "Reason", "Status"),
+    "task": ("Task", "Weights"),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "Arm",
+    "Bounds",
+    "Centring",
+    "Controller",
+    "DHRow",
+    "Derated",
+    "Fault",
+    "Gradient",
+    "Health",
+    "InputError",
+    "Joint",
+    "KeepDirection",
+    "Law",
+    "LeastError",
+    "Locked",
+    "Manipulability",
+    "MissingExtraError",
+    "NullMotion",
+    "Posture",
+    "Pseudoinverse",
+    "Rates",
+    "Reason",
+    "Run",
+    "Runaway",
+    "Scenario",
+    "SimulationInterrupted",
+    "SingularityRobust",
+    "Solution",
+    "Status",
+    "StillreachError",
+    "Task",
+    "Twist",
+    "UnknownJointError",
+    "Weights",
+    "arms",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "arms":
+        value: Any = importlib.import_module("stillreach.arm.catalogue")
+    elif name in _HOME_OF:
+        value = getattr(importlib.import_module(f"stillreach.{_HOME_OF[name]}"), name)
+    elif name == "__version__":
+        value = importlib.import_module("importlib.metadata").version("stillreach")
+    else:
+        raise AttributeError(f"module 'stillreach' has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, "__version__"})

@@ -1,0 +1,232 @@
+"""The public door: each argument is checked once, here, before anything is computed with it.
+
+Every function takes the argument's name and its value, and returns the value in the one form that the rest
+of the package works with (float64, C order, a read-only copy), or raises InputError, which says what came and
+what was expected. Settings may come as lists, integers or float32; text, booleans, complex numbers, ragged
+lists and NaN are never numbers here.
+"""
+
+from __future__ import annotations
+
+import operator
+import reprlib
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stillreach.errors import InputError
+
+FloatArray = npt.NDArray[np.float64]
+
+RIGID_TOLERANCE = 1e-9
+"""How far a rotation matrix may be from orthonormal (largest entry of R Rᵀ - I)."""
+
+
+def vector(
+    name: str,
+    value: Any,
+    n: int | None,
+    *,
+    allow_inf: bool = False,
+    minimum: float | None = None,
+    default: Any = None,
+    one_for_all: bool = True,
+) -> FloatArray:
+    """A vector of n numbers; a single number stands for n equal ones, where that is legal.
+
+    Args:
+        name: the argument's name, for the message.
+        value: what came; None stands for ``default`` where there is one.
+        n: how many numbers; None takes a vector of any length (and then no single number).
+        allow_inf: whether infinite entries are legal.
+        minimum: least legal entry.
+        default: what None stands for.
+        one_for_all: whether a single number is legal.
+
+    Returns:
+        (n,) read-only copy.
+
+    Raises:
+        InputError: it is something else.
+    """
+    if value is None:
+        value = default
+    kind = "numbers" if allow_inf else "finite numbers"
+    at_least = "" if minimum is None else f", each at least {minimum:g}"
+    one_for_all = one_for_all and n is not None
+    size = "a vector of" if n is None else str(n)
+    expected = f"{size} {kind}{' (or one for all)' if one_for_all else ''}{at_least}"
+    numbers = _numbers(name, value, expected)
+    if numbers.ndim == 0 and one_for_all:
+        _refuse_values(name, numbers, expected, allow_inf, minimum)
+        numbers = np.full(n or 0, numbers)
+    if numbers.ndim != 1 or (n is not None and len(numbers) != n):
+        raise InputError(name, describe(value), expected)
+    _refuse_values(name, numbers, expected, allow_inf, minimum)
+    return frozen(numbers)
+
+
+def matrix(name: str, value: Any, shape: tuple[int | None, int | None], *, allow_inf: bool = False) -> FloatArray:
+    """A matrix of the given shape (None: any length there), as a read-only copy; InputError otherwise."""
+    kind = "numbers" if allow_inf else "finite numbers"
+    sides = ", ".join("any" if side is None else str(side) for side in shape)
+    expected = f"a matrix ({sides}) of {kind}"
+    numbers = _numbers(name, value, expected)
+    fits = numbers.ndim == 2 and all(want in (None, have) for want, have in zip(shape, numbers.shape, strict=True))
+    if not fits:
+        raise InputError(name, describe(value), expected)
+    _refuse_values(name, numbers, expected, allow_inf, None)
+    return frozen(numbers)
+
+
+def configurations(name: str, value: Any, n: int) -> FloatArray:
+    """One or many vectors of n finite numbers, (..., n), in C order; not copied where that is what came."""
+    expected = f"finite numbers in an array (..., {n})"
+    numbers = _numbers(name, value, expected)
+    if numbers.ndim == 0 or numbers.shape[-1] != n:
+        raise InputError(name, describe(value), expected)
+    _refuse_values(name, numbers, expected, False, None)
+    return np.ascontiguousarray(numbers)
+
+
+def scalar(name: str, value: Any, *, allow_inf: bool = False) -> float:
+    """One number; InputError otherwise."""
+    return _scalar(name, value, "a number" if allow_inf else "a finite number", allow_inf)
+
+
+def positive(name: str, value: Any, *, or_zero: bool = False, allow_inf: bool = False) -> float:
+    """One number above zero (``or_zero``: or zero itself); InputError otherwise."""
+    expected = "a number of at least 0" if or_zero else "a number above 0"
+    if not allow_inf:
+        expected = expected.replace("a number", "a finite number")
+    number = _scalar(name, value, expected, allow_inf)
+    if number < 0 or (number == 0 and not or_zero):
+        raise InputError(name, describe(value), expected)
+    return number
+
+
+def count(name: str, value: Any, *, minimum: int = 1) -> int:
+    """An integer of at least ``minimum``; InputError otherwise (3.0 is no integer, True neither)."""
+    expected = f"an integer of at least {minimum}"
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise InputError(name, describe(value), expected) from None
+    if isinstance(value, (bool, np.bool_)) or number < minimum:
+        raise InputError(name, describe(value), expected)
+    return number
+
+
+def choice(name: str, value: Any, choices: Sequence[str]) -> str:
+    """One of the given words; InputError otherwise, with the nearest word as a suggestion."""
+    if isinstance(value, str) and value in choices:
+        return str(value)
+    raise InputError(name, describe(value), f"one of {', '.join(map(repr, choices))}{_suggestion(value, choices)}")
+
+
+def unit_vector(name: str, value: Any, n: int = 3) -> FloatArray:
+    """A direction: n finite numbers, not all zero, scaled to length 1; InputError otherwise."""
+    expected = f"{n} finite numbers, not all zero"
+    numbers = _numbers(name, value, expected)
+    if numbers.shape != (n,) or not np.any(numbers):
+        raise InputError(name, describe(value), expected)
+    _refuse_values(name, numbers, expected, False, None)
+    with np.errstate(over="ignore", under="ignore"):
+        length = np.linalg.norm(numbers)
+    if abs(length - 1.0) <= 4 * np.finfo(float).eps:
+        return frozen(numbers)  # a unit vector stays what it is, bit for bit
+    numbers = numbers / np.max(np.abs(numbers))  # no overflow or underflow in the length
+    return frozen(numbers / np.linalg.norm(numbers))
+
+
+def pose(name: str, value: Any) -> FloatArray:
+    """A rigid transform, 4 x 4: rotation right-handed and orthonormal to 1e-9, last row 0 0 0 1."""
+    T = matrix(name, value, (4, 4))
+    expected = "a rigid transform (4 x 4)"
+    if np.max(np.abs(T[3] - (0, 0, 0, 1))) > RIGID_TOLERANCE:
+        raise InputError(name, f"the last row {T[3].tolist()}", f"{expected} with the last row [0, 0, 0, 1]")
+    R = T[:3, :3]
+    with np.errstate(over="ignore", invalid="ignore"):
+        off = float(np.max(np.abs(R @ R.T - np.eye(3))))
+    if not off <= RIGID_TOLERANCE:
+        raise InputError(
+            name,
+            f"a rotation part that is off by {off:.2g}",
+            f"{expected}, orthonormal to {RIGID_TOLERANCE:g}",
+        )
+    if np.linalg.det(R) < 0:
+        raise InputError(name, "a reflection (determinant -1)", f"{expected} with determinant +1")
+    T = T.copy()
+    T[3] = (0, 0, 0, 1)
+    return frozen(T)
+
+
+def describe(value: Any) -> str:
+    """What came, in words: short values as they are, arrays by type and shape."""
+    if isinstance(value, np.ndarray) and value.ndim > 0:
+        return f"a {value.dtype} array of shape {value.shape}"
+    if isinstance(value, np.generic | np.ndarray):
+        return f"{value.item()!r} ({value.dtype})"
+    text = reprlib.repr(value)
+    if not isinstance(value, list | tuple):
+        return text
+    try:
+        return f"{text} of shape {np.shape(value)}"
+    except ValueError:
+        return f"{text}, a ragged {type(value).__name__}"
+
+
+def frozen(array: npt.ArrayLike) -> FloatArray:
+    """A read-only float64 copy in C order."""
+    copy = np.array(array, dtype=np.float64, order="C")
+    copy.flags.writeable = False
+    return copy
+
+
+def _numbers(name: str, value: Any, expected: str) -> FloatArray:
+    """The value as a float64 array of any shape, copied only where its type differs."""
+    try:
+        array = np.asarray(value)
+    except (ValueError, TypeError, OverflowError):
+        raise InputError(name, describe(value), expected) from None
+    if array.dtype.kind not in "fiu" or _holds_bool(value):
+        raise InputError(name, describe(value), expected)
+    with np.errstate(over="ignore"):
+        return array.astype(np.float64, copy=False)
+
+
+def _holds_bool(value: Any) -> bool:
+    """Whether a truth value hides among the numbers of a list: NumPy turns [True, 0.5] into [1.0, 0.5]."""
+    if isinstance(value, list | tuple):
+        return any(_holds_bool(item) for item in value)
+    return isinstance(value, bool | np.bool_) or (isinstance(value, np.ndarray) and value.dtype.kind == "b")
+
+
+def _refuse_values(name: str, numbers: FloatArray, expected: str, allow_inf: bool, minimum: float | None) -> None:
+    """Raise InputError naming the first entry that is NaN, infinite or below the minimum."""
+    legal = ~np.isnan(numbers) if allow_inf else np.isfinite(numbers)
+    if minimum is not None:
+        legal &= ~(numbers < minimum)
+    if not np.all(legal):
+        index = tuple(int(k) for k in np.argwhere(~legal)[0])
+        place = f" at index {index[0] if len(index) == 1 else index}" if index else ""
+        raise InputError(name, f"{float(numbers[index])!r}{place}", expected)
+
+
+def _scalar(name: str, value: Any, expected: str, allow_inf: bool) -> float:
+    numbers = _numbers(name, value, expected)
+    if numbers.ndim != 0:
+        raise InputError(name, describe(value), expected)
+    _refuse_values(name, numbers, expected, allow_inf, None)
+    return float(numbers)
+
+
+def _suggestion(value: Any, choices: Sequence[str]) -> str:
+    if not isinstance(value, str):
+        return ""
+    from difflib import get_close_matches
+
+    near = get_close_matches(value.lower(), choices, n=1)
+    return f" (did you mean {near[0]!r}?)" if near else ""

@@ -1,0 +1,50 @@
+"""An arm as text: what a person checks before trusting the model."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from stillreach.arm.model import Arm
+
+HEAD = ("joint", "kind", "axis at zero", "position", "rate", "acceleration", "unit")
+
+
+def describe(arm: Arm) -> str:
+    """Reach, and a table of the joints: name, kind, axis (in base axes, all joints at 0), limits, unit."""
+    J = arm.jacobian(np.zeros(arm.n))
+    rows = [HEAD]
+    for i, joint in enumerate(arm.joints):
+        slides = joint.kind == "prismatic"
+        axis = J[:3, i] if slides else J[3:, i]
+        lower, upper = joint.position_limits
+        position = "free" if math.isinf(lower) and math.isinf(upper) else f"{_number(lower)} … {_number(upper)}"
+        limits = (position, _limit(joint.velocity_limit), _limit(joint.acceleration_limit))
+        rows.append((arm.joint_names[i], joint.kind, _direction(axis), *limits, "m" if slides else "rad"))
+    widths = [max(len(row[column]) for row in rows) for column in range(len(HEAD))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return "\n".join([f"{headline(arm)}:", *(f"  {line}" for line in lines)])
+
+
+def headline(arm: Arm) -> str:
+    """Name, number and kinds of joints, reach."""
+    slides = int(np.count_nonzero(arm.kinds))
+    turns = arm.n - slides
+    kinds = " + ".join(f"{count} {kind}" for count, kind in ((turns, "revolute"), (slides, "prismatic")) if count)
+    return f"{arm.name}, {kinds} joint{'s' if arm.n > 1 else ''}, reach at most {arm.reach:.4g} m"
+
+
+def _direction(axis: np.ndarray) -> str:
+    whole = np.round(axis, 3) + 0.0  # + 0.0: no "-0"
+    return f"({', '.join(_number(part) for part in whole)})"
+
+
+def _limit(value: float) -> str:
+    return "free" if math.isinf(value) else _number(value)
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}"

@@ -1,0 +1,59 @@
+"""Limits for a whole chain at once: arrays over the joints, written into the joints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stillreach import _door
+from stillreach._door import FloatArray
+from stillreach.arm.joint import Joint
+
+
+def limited(
+    joints: Sequence[Joint],
+    *,
+    velocity: npt.ArrayLike | None = None,
+    position: npt.ArrayLike | None = None,
+    acceleration: npt.ArrayLike | None = None,
+) -> tuple[Joint, ...]:
+    """The same joints with other limits; None keeps what they have.
+
+    Args:
+        joints: n joints.
+        velocity: (n,) or one number for all [rad/s] or [m/s], at least 0.
+        position: (n, 2) or one pair (lower, upper) for all [rad] or [m].
+        acceleration: (n,) or one number for all [rad/s²] or [m/s²], at least 0.
+
+    Raises:
+        InputError: wrong shape, NaN, a negative rate, or lower above upper.
+    """
+    n = len(joints)
+    changes: list[dict[str, Any]] = [{} for _ in joints]
+    if velocity is not None:
+        _set(changes, "velocity_limit", rate_limits("velocity", velocity, n))
+    if acceleration is not None:
+        _set(changes, "acceleration_limit", rate_limits("acceleration", acceleration, n))
+    if position is not None:
+        _set(changes, "position_limits", _pairs("position", position, n))
+    return tuple(replace(joint, **change) for joint, change in zip(joints, changes, strict=True))
+
+
+def rate_limits(name: str, value: npt.ArrayLike, n: int) -> FloatArray:
+    """Limits (n,) that hold in both directions, from n numbers or one for all: at least 0, inf for none."""
+    return _door.vector(name, value, n, allow_inf=True, minimum=0.0)
+
+
+def _pairs(name: str, value: npt.ArrayLike, n: int) -> FloatArray:
+    if isinstance(value, list | tuple | np.ndarray) and len(value) == 2 and np.ndim(value[0]) == 0:
+        value = [value] * n
+    return _door.matrix(name, value, (n, 2), allow_inf=True)
+
+
+def _set(changes: list[dict[str, Any]], field: str, values: FloatArray) -> None:
+    for change, value in zip(changes, values.tolist(), strict=True):
+        change[field] = value

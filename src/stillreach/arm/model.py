@@ -1,0 +1,281 @@
+"""The arm: an immutable chain of joints from a base to a tool, and where its tool is and moves."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stillreach import _door
+from stillreach._core import ArmModel
+from stillreach._door import FloatArray
+from stillreach.arm.describe import describe, headline
+from stillreach.arm.dh import DHRow, dh_chain
+from stillreach.arm.joint import KINDS, Joint
+from stillreach.arm.limits import limited, rate_limits
+from stillreach.arm.modules import module_chain
+from stillreach.arm.value import Value
+from stillreach.errors import InputError, UnknownJointError
+
+
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Arm(Value):
+    """A serial chain of joints. Immutable: its arrays are read-only and ``with_...`` returns another arm.
+
+    Args:
+        joints: one or more Joint, from the base on; those without a name become ``j1``, ``j2``, … by place.
+        tool: (4, 4) [m] pose of the tool seen from the frame that the last joint moves; None is the identity.
+        name: what the arm is called in tables and files.
+
+    Raises:
+        InputError: no joint, something else than a Joint, two joints of one name, a tool that is not rigid.
+    """
+
+    joints: tuple[Joint, ...]
+    tool: FloatArray
+    name: str
+
+    def __init__(self, joints: Iterable[Joint], *, tool: npt.ArrayLike | None = None, name: str = "arm") -> None:
+        if not isinstance(name, str) or not name:
+            raise InputError("name", _door.describe(name), "the arm's name (text, not empty)")
+        object.__setattr__(self, "joints", _named(joints))
+        object.__setattr__(self, "tool", _door.pose("tool", np.eye(4) if tool is None else tool))
+        object.__setattr__(self, "name", name)
+
+    @classmethod
+    def from_joints(cls, joints: Iterable[Joint], *, tool: npt.ArrayLike | None = None, name: str = "arm") -> Arm:
+        """The same as ``Arm(joints, ...)``."""
+        return cls(joints, tool=tool, name=name)
+
+    @classmethod
+    def from_modules(
+        cls,
+        sequence: str,
+        lengths: npt.ArrayLike,
+        *,
+        velocity_limits: npt.ArrayLike | None = None,
+        name: str = "modular arm",
+    ) -> Arm:
+        """An arm of roll and pitch modules, straight up along +z at zero (Bedrossian, 1994).
+
+        Args:
+            sequence: R (roll about the link, z) and P (pitch across it, -y), from base to tool.
+            lengths: (number of P + 1,) [m] base to first pitch, pitch to pitch, last pitch to tool; or one
+                for all. A roll sits in the middle of its segment.
+            velocity_limits: (n,) or one for all [rad/s]; None is no limit (others: ``with_limits``).
+            name: what the arm is called.
+
+        Raises:
+            InputError: another letter, two rolls in one segment, wrong lengths or limits.
+        """
+        joints, tool = module_chain(sequence, lengths)
+        return cls(_driven(joints, velocity_limits), tool=tool, name=name)
+
+    @classmethod
+    def from_dh(
+        cls,
+        rows: Iterable[DHRow],
+        convention: str = "standard",
+        *,
+        base: npt.ArrayLike | None = None,
+        tool: npt.ArrayLike | None = None,
+        velocity_limits: npt.ArrayLike | None = None,
+        name: str = "arm",
+    ) -> Arm:
+        """An arm from Denavit-Hartenberg rows (see ``stillreach.arm.dh`` for both conventions as formulas).
+
+        Args:
+            rows: one DHRow for each joint, from the base on.
+            convention: ``"standard"`` or ``"modified"`` (Craig).
+            base: (4, 4) [m] the table's frame 0 seen from the base; None is the identity.
+            tool: (4, 4) [m] the tool seen from the table's frame n; None is the identity.
+            velocity_limits: (n,) or one for all [rad/s] or [m/s]; None is no limit (others: ``with_limits``).
+            name: what the arm is called.
+
+        Raises:
+            InputError: something else than DHRow, another convention, a pose that is not rigid, wrong limits.
+        """
+        joints, last = dh_chain(rows, convention, base)
+        end = last if tool is None else last @ _door.pose("tool", tool)
+        return cls(_driven(joints, velocity_limits), tool=end, name=name)
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.joints)
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints, from the base on."""
+        return tuple(str(joint.name) for joint in self.joints)
+
+    @cached_property
+    def kinds(self) -> npt.NDArray[np.int8]:
+        """(n,) 0 for a revolute joint, 1 for a prismatic one."""
+        codes = np.array([KINDS.index(joint.kind) for joint in self.joints], dtype=np.int8)
+        codes.flags.writeable = False
+        return codes
+
+    @cached_property
+    def position_limits(self) -> FloatArray:
+        """(n, 2) lower and upper limit of each joint [rad] or [m]."""
+        return _door.frozen([joint.position_limits for joint in self.joints])
+
+    @cached_property
+    def velocity_limits(self) -> FloatArray:
+        """(n,) largest rate of each joint in either direction [rad/s] or [m/s]."""
+        return _door.frozen([joint.velocity_limit for joint in self.joints])
+
+    @cached_property
+    def acceleration_limits(self) -> FloatArray:
+        """(n,) largest acceleration of each joint in either direction [rad/s²] or [m/s²]."""
+        return _door.frozen([joint.acceleration_limit for joint in self.joints])
+
+    @cached_property
+    def reach(self) -> float:
+        """Distance from the base that the tool never exceeds [m]: links stretched, slides at their ends."""
+        links = [joint.placement for joint in self.joints] + [self.tool]
+        slides = [max(map(abs, joint.position_limits)) for joint in self.joints if joint.kind == "prismatic"]
+        return float(sum(np.linalg.norm(T[:3, 3]) for T in links) + sum(slides))
+
+    @cached_property
+    def model(self) -> ArmModel:
+        """The arm in the compiled core."""
+        placements = np.array([joint.placement for joint in self.joints])
+        axes = np.array([joint.axis for joint in self.joints])
+        return ArmModel(self.kinds, placements, axes, self.tool)
+
+    def forward(self, q: npt.ArrayLike) -> FloatArray:
+        """Pose of the tool in the base frame.
+
+        Args:
+            q: (..., n) joint values [rad] or [m].
+
+        Returns:
+            (..., 4, 4) [m].
+
+        Raises:
+            InputError: another shape, not numbers, NaN or infinite.
+        """
+        return self._each(self.model.forward, q, (4, 4))
+
+    def jacobian(self, q: npt.ArrayLike) -> FloatArray:
+        """Twist of the tool per joint rate: [v; w] of the tool point, along base axes.
+
+        Args:
+            q: (..., n) joint values [rad] or [m].
+
+        Returns:
+            (..., 6, n); a revolute column is in [m/rad] and [1], a prismatic one in [1] and [rad/m] (zero).
+
+        Raises:
+            InputError: another shape, not numbers, NaN or infinite.
+        """
+        return self._each(self.model.jacobian, q, (6, self.n))
+
+    def joint_index(self, joint: str | int) -> int:
+        """0-based index of a joint.
+
+        Args:
+            joint: its name, or its index (0 to n-1; no negative ones).
+
+        Raises:
+            UnknownJointError: the arm has no such joint.
+        """
+        if isinstance(joint, str):
+            if joint in self.joint_names:
+                return self.joint_names.index(joint)
+        elif _is_integer(joint) and 0 <= operator.index(joint) < self.n:
+            return operator.index(joint)
+        raise UnknownJointError("joint", _door.describe(joint), self.joint_names)
+
+    def with_limits(
+        self,
+        *,
+        velocity: npt.ArrayLike | None = None,
+        position: npt.ArrayLike | None = None,
+        acceleration: npt.ArrayLike | None = None,
+    ) -> Arm:
+        """The same arm with other limits; None keeps what it has.
+
+        Args:
+            velocity: (n,) or one for all [rad/s] or [m/s], at least 0; 0 means that the joint cannot move.
+            position: (n, 2) or one pair (lower, upper) for all [rad] or [m].
+            acceleration: (n,) or one for all [rad/s²] or [m/s²], at least 0.
+
+        Raises:
+            InputError: wrong shape, NaN, a negative rate, or lower above upper.
+        """
+        joints = limited(self.joints, velocity=velocity, position=position, acceleration=acceleration)
+        return Arm(joints, tool=self.tool, name=self.name)
+
+    def with_tool(self, tool: npt.ArrayLike) -> Arm:
+        """The same arm with another tool in place of the one it has.
+
+        Many arms have their last link in ``tool``: ``arm.with_tool(arm.tool @ T)`` adds T to its end.
+
+        Args:
+            tool: (4, 4) [m] pose of the tool seen from the frame that the last joint moves.
+
+        Raises:
+            InputError: it is not a rigid transform.
+        """
+        return Arm(self.joints, tool=tool, name=self.name)
+
+    def describe(self) -> str:
+        """A table of the joints, their axes and limits, and the reach; ``str(arm)`` is the same."""
+        return describe(self)
+
+    def _each(
+        self, compute: Callable[[FloatArray], FloatArray], q: npt.ArrayLike, shape: tuple[int, int]
+    ) -> FloatArray:
+        """Run a function of many configurations (N, n) on an array (..., n)."""
+        many = _door.configurations("q", q, self.n)
+        return compute(many.reshape(-1, self.n)).reshape(many.shape[:-1] + shape)
+
+    def __repr__(self) -> str:
+        return f"<Arm {headline(self)}>"
+
+    def __str__(self) -> str:
+        return describe(self)
+
+
+def _named(joints: Any) -> tuple[Joint, ...]:
+    """The joints, each with a name, no name twice."""
+    expected = "one or more Joint, from the base on"
+    try:
+        chain = list(joints)
+    except TypeError:
+        raise InputError("joints", _door.describe(joints), expected) from None
+    if not chain:
+        raise InputError("joints", "none", expected)
+    for place, joint in enumerate(chain):
+        if not isinstance(joint, Joint):
+            raise InputError("joints", f"{_door.describe(joint)} at place {place}", expected)
+        if joint.name is None:
+            chain[place] = replace(joint, name=f"j{place + 1}")
+    names = [joint.name for joint in chain]
+    for place, name in enumerate(names):
+        if name in names[:place]:
+            raise InputError(
+                "joints",
+                f"the name {name!r} at places {names.index(name)} and {place}",
+                "a name of its own for each",
+            )
+    return tuple(chain)
+
+
+def _driven(joints: list[Joint], velocity_limits: npt.ArrayLike | None) -> Iterable[Joint]:
+    """The joints with a builder's ``velocity_limits``; None leaves them without."""
+    if velocity_limits is None:
+        return joints
+    return limited(joints, velocity=rate_limits("velocity_limits", velocity_limits, len(joints)))
+
+
+def _is_integer(value: Any) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)

@@ -1,0 +1,28 @@
+"""The few rigid transforms that arms are built from: 4 x 4 matrices, to be chained with ``@``."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from stillreach._door import FloatArray
+
+
+def translation(x: float, y: float, z: float) -> FloatArray:
+    """Shift by (x, y, z) [m]."""
+    T = np.eye(4)
+    T[:3, 3] = (x, y, z)
+    return T
+
+
+def rotation_x(angle: float) -> FloatArray:
+    """Turn about x by an angle [rad]."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1.0]])
+
+
+def rotation_z(angle: float) -> FloatArray:
+    """Turn about z by an angle [rad]."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])

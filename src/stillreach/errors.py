@@ -1,0 +1,92 @@
+"""Every error that stillreach raises: one base class, and errors that carry their data.
+
+The data of an error are its ``args``, so that it survives pickling (worker processes raise errors, too).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+
+class StillreachError(Exception):
+    """Base of all errors of this package: ``except stillreach.StillreachError`` catches each of them."""
+
+
+class InputError(StillreachError, ValueError):
+    """An argument is not what the function can use.
+
+    Args:
+        argument: name of the argument, as the caller wrote it.
+        got: what came, in words (value, shape or type).
+        expected: what would have been right, with the valid choices where they can be listed.
+    """
+
+    def __init__(self, argument: str, got: str, expected: str) -> None:
+        super().__init__(argument, got, expected)
+        self.argument = argument
+        self.got = got
+        self.expected = expected
+
+    def __str__(self) -> str:
+        return f"{self.argument}: got {self.got}, expected {self.expected}"
+
+
+class UnknownJointError(InputError):
+    """A joint was asked for, by name or index, that the arm does not have.
+
+    Args:
+        argument: name of the argument, as the caller wrote it.
+        got: what came, in words.
+        choices: the names of the arm's joints, in order.
+    """
+
+    def __init__(self, argument: str, got: str, choices: Sequence[str]) -> None:
+        choices = tuple(choices)
+        super().__init__(argument, got, f"one of {_listing(choices)} or an index from 0 to {len(choices) - 1}")
+        self.args = (argument, got, choices)
+        self.choices = choices
+
+
+class MissingExtraError(StillreachError, ImportError):
+    """An optional part was asked for whose packages are not installed.
+
+    Args:
+        extra: name of the extra that brings them.
+        purpose: what asked for it, e.g. ``"run.save()"``.
+    """
+
+    def __init__(self, extra: str, purpose: str) -> None:
+        super().__init__(extra, purpose)
+        self.extra = extra
+        self.purpose = purpose
+
+    def __str__(self) -> str:
+        return f"{self.purpose} needs an optional part: pip install 'stillreach[{self.extra}]'"
+
+
+class SimulationInterrupted(StillreachError, KeyboardInterrupt):
+    """Ctrl-C ended a simulation; nothing that was computed is lost.
+
+    Args:
+        run: the ``Run`` up to the last computed tick.
+    """
+
+    def __init__(self, run: Any) -> None:
+        super().__init__(run)
+        self.run = run
+
+    def __str__(self) -> str:
+        return "the simulation was interrupted; the ticks computed so far are in .run"
+
+
+def _listing(choices: tuple[str, ...]) -> str:
+    """'j1 … j11' for names that only count up, else all of them."""
+    parts = [re.fullmatch(r"(.*?)(\d+)", choice) for choice in choices]
+    if len(choices) > 3 and all(parts):
+        first = parts[0]
+        counted = [f"{first[1]}{int(first[2]) + k}" for k in range(len(choices))] if first else []
+        if counted == list(choices):
+            return f"{choices[0]} … {choices[-1]}"
+    return ", ".join(choices)

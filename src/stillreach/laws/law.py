@@ -1,0 +1,108 @@
+"""What all laws share: weights, the rank tolerance, and one answer for any Jacobian."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stillreach import _core, _door
+from stillreach.bounds import Bounds
+from stillreach.errors import InputError
+from stillreach.task import Weights
+
+# LawKind of the core
+PSEUDOINVERSE, SINGULARITY_ROBUST, LEAST_ERROR, KEEP_DIRECTION = range(4)
+UNIT_WEIGHTS = Weights()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Law:
+    """Base of all laws.
+
+    Args:
+        weights: units and weights of task and rates; None: those of the task, or one metre and one radian.
+        rank_tolerance: singular values of the working joints' weighted Jacobian below this, relative to the largest,
+            count as zero.
+    """
+
+    weights: Weights | None = None
+    rank_tolerance: float = 1e-10
+
+    def __post_init__(self) -> None:
+        if self.weights is not None and not isinstance(self.weights, Weights):
+            raise InputError("weights", _door.describe(self.weights), "stillreach.Weights")
+        tolerance = _door.positive("rank_tolerance", self.rank_tolerance)
+        if tolerance >= 1.0:
+            raise InputError("rank_tolerance", f"{tolerance:g}", "a number below 1")
+        object.__setattr__(self, "rank_tolerance", tolerance)
+
+    def core(self) -> _core.Law:
+        """The settings as the compiled core reads them."""
+        raise TypeError(f"{type(self).__name__} is a base class; use one of the laws")
+
+    def solve(
+        self,
+        J: npt.ArrayLike,
+        twist: npt.ArrayLike,
+        bounds: Bounds,
+        *,
+        reference: npt.ArrayLike | None = None,
+        start: npt.ArrayLike | None = None,
+        row_kinds: str | None = None,
+        joint_kinds: str | None = None,
+    ) -> _core.Solution:
+        """The best joint rates for one Jacobian, from wherever it comes.
+
+        Args:
+            J: (m, n), m <= 6, any rank; a bare six-row one is [v; w].
+            twist: (m,) [m/s, rad/s] what the tool should do.
+            bounds: of the n rates.
+            reference: (n,) [rad/s, m/s] rates to stay near where the task leaves a choice; None is 0.
+            start: (n,) ``active`` of an earlier answer, where the search for active bounds starts; it changes the
+                time that is taken, not the answer.
+            row_kinds: m letters, v for a row in m/s and w for one in rad/s; needed for m != 6 where length and angle
+                have different units in the weights.
+            joint_kinds: n letters, R revolute and P prismatic; None: all revolute.
+
+        Returns:
+            Solution with the rates and what happened.
+
+        Raises:
+            InputError: a shape, type or value that is none of this.
+        """
+        matrix = _door.matrix("J", J, (None, None))
+        m, n = matrix.shape
+        if not 1 <= m <= 6 or n < 1:
+            raise InputError("J", f"a matrix of shape {matrix.shape}", "1 to 6 rows and at least one column")
+        if not isinstance(bounds, Bounds):
+            raise InputError("bounds", _door.describe(bounds), "stillreach.Bounds")
+        if bounds.n != n:
+            raise InputError("bounds", f"bounds of {bounds.n} joints", f"bounds of {n} joints, as J has columns")
+        near = None if reference is None else _door.vector("reference", reference, n)
+        if start is not None and np.shape(start) != (n,):
+            raise InputError("start", _door.describe(start), f"{n} integers, Solution.active of an earlier answer")
+        metric = self._metric(m, n, row_kinds, joint_kinds)
+        return _core.solve(
+            self.core(), metric, matrix, _door.vector("twist", twist, m), bounds.lower, bounds.upper, near, start
+        )
+
+    def _metric(self, m: int, n: int, row_kinds: str | None, joint_kinds: str | None) -> _core.Metric:
+        weights = self.weights or UNIT_WEIGHTS
+        if row_kinds is None:
+            if m != 6 and weights.length != weights.angle:
+                raise InputError("row_kinds", "None", f"{m} letters, v for a row in m/s, w for one in rad/s")
+            row_kinds = "vvvwww"[:m]
+        rows = _letters("row_kinds", row_kinds, m, "vw")
+        joints = _letters("joint_kinds", "R" * n if joint_kinds is None else joint_kinds, n, "RP")
+        return weights.metric([kind == "v" for kind in rows], [kind == "P" for kind in joints])
+
+
+def _letters(name: str, value: Any, count: int, letters: Sequence[str]) -> str:
+    """A text of ``count`` of the given letters; InputError otherwise."""
+    if isinstance(value, str) and len(value) == count and set(value) <= set(letters):
+        return value
+    raise InputError(name, _door.describe(value), f"{count} letters, each {' or '.join(letters)}")

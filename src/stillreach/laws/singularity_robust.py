@@ -1,0 +1,55 @@
+"""The paper's law: a damped inverse whose damping keeps every joint inside its rate limit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stillreach import _core, _door
+from stillreach.errors import InputError
+from stillreach.laws.law import SINGULARITY_ROBUST, Law
+
+DAMPINGS = ("closed-form", "exact")  # DampingKind of the core: 1, 2
+NORMS = ("inf", "2")  # NormKind of the core: 0, 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class SingularityRobust(Law):
+    """Minimises |twist - J dq|² + κ |dq|² over the working joints (Bedrossian, 1994, eq. 5 to 8), both norms weighted.
+
+    Limits act through dq = D u, with D the bound on the side that a joint moves to: κ is chosen so that |u| <= 1, and
+    damping acts on u (for one limit for all joints: on the rates). A joint pushed against a zero bound is held for this
+    tick and the rest solved again. What still lies outside is cut to its bounds, with CLIPPED. A reference rate adds its
+    null motion, as much of it as the bounds leave room for.
+
+    Args:
+        damping: "exact": the smallest κ that meets the limit (eq. 10), 0 where the pseudoinverse does; as a function of
+            the twist it can jump, because the largest rate does not always fall with κ. "closed-form": eq. 16, an upper
+            estimate. Or κ itself, a number >= 0 in the units of the weighted J Jᵀ.
+        norm: "inf", the largest |u|, or "2", the Euclidean norm of u.
+
+    Raises:
+        InputError: any other damping or norm.
+    """
+
+    damping: str | float = "exact"
+    norm: str = "inf"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if isinstance(self.damping, str):
+            if self.damping not in DAMPINGS:
+                raise InputError("damping", repr(self.damping), "'exact', 'closed-form' or a number of at least 0")
+        else:
+            object.__setattr__(self, "damping", _door.positive("damping", self.damping, or_zero=True))
+        _door.choice("norm", self.norm, NORMS)
+
+    def core(self) -> _core.Law:
+        """The settings as the compiled core reads them."""
+        named = isinstance(self.damping, str)
+        return _core.Law(
+            SINGULARITY_ROBUST,
+            damping=1 + DAMPINGS.index(self.damping) if isinstance(self.damping, str) else 0,
+            norm=NORMS.index(self.norm),
+            kappa=0.0 if named else float(self.damping),
+            rank_tolerance=self.rank_tolerance,
+        )

@@ -1,0 +1,115 @@
+"""The paper's arm, its two examples and their variants as scenarios.
+
+What the paper prints and what is inferred from the numbers in its text is kept apart in ``stillreach.paper.notes``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stillreach import _door
+from stillreach.arm import Arm
+from stillreach.arm.catalogue import nasa_modular
+from stillreach.faults import Fault
+from stillreach.laws import Pseudoinverse, SingularityRobust
+from stillreach.simulate import Scenario, Twist
+from stillreach.task import Task, Weights
+
+INCH = 0.0254
+RATE_LIMIT = 50.0
+"""[deg/s]"""
+
+INCHES_AND_DEGREES = Weights(length=INCH, angle=float(np.deg2rad(1.0)))
+"""The paper's simulations measure inches and degrees; damping and task error are in those units."""
+
+START_1 = (45.0, -60.0, 0.0, -45.0, 0.0, 45.0, 90.0, 45.0, 0.0, 0.0, 0.0)
+"""Start of example 1 [deg]; the paper prints a twelfth entry, 0."""
+MOVE_1 = (-110.0, -50.0, 30.0)
+"""Commanded displacement of example 1 [in], attitude kept."""
+FAILED_1 = ("j1", "j6", "j7")
+
+START_2 = (0.0, -50.0, 0.0, -30.0, 0.0, 70.0, 0.0, 30.0, 0.0, 0.0, 0.0)
+"""Start of example 2 [deg]."""
+MOVE_2 = (-100.0, 0.0, 0.0)
+"""Commanded displacement of example 2 [in], attitude kept."""
+FAILED_2 = ("j2", "j4", "j7")
+
+CLOSED_FORM = SingularityRobust(damping="closed-form", weights=INCHES_AND_DEGREES)
+EXACT = SingularityRobust(damping="exact", weights=INCHES_AND_DEGREES)
+BASELINE = Pseudoinverse(weights=INCHES_AND_DEGREES)
+
+EXAMPLE_1_FREE = "example-1-free"
+EXAMPLE_1_FAILED = "example-1-failed"
+EXAMPLE_2_FREE = "example-2-free"
+EXAMPLE_2_PSEUDOINVERSE = "example-2-failed-pseudoinverse"
+EXAMPLE_2_CLOSED_FORM = "example-2-failed-closed-form"
+EXAMPLE_2_EXACT = "example-2-failed-exact"
+
+UNLIMITED = (EXAMPLE_2_PSEUDOINVERSE,)
+"""Runs of the pseudoinverse without rate limits: the paper's baseline."""
+
+
+def scenarios(
+    *, step: float = 0.05, duration: float = 20.0, lengths: npt.ArrayLike | None = None
+) -> dict[str, Scenario]:
+    """Every run of the paper, by the name of its file.
+
+    Args:
+        step: period of the Euler steps [s].
+        duration: time over which the commanded displacement is asked for [s].
+        lengths: (6,) [m] segments of the arm; None takes the inferred ones.
+
+    Raises:
+        InputError: an argument is none of this.
+    """
+    duration = _door.positive("duration", duration)
+    arm = paper_arm(lengths)
+    first = _scenario(arm, START_1, MOVE_1, step, duration)
+    second = _scenario(arm, START_2, MOVE_2, step, duration)
+    broken = replace(second, faults=_locked(FAILED_2))
+    return {
+        EXAMPLE_1_FREE: replace(first, name="Example 1, all joints free"),
+        EXAMPLE_1_FAILED: replace(first, faults=_locked(FAILED_1), name="Example 1, joints 1, 6, 7 failed"),
+        EXAMPLE_2_FREE: replace(second, name="Example 2, all joints free"),
+        EXAMPLE_2_PSEUDOINVERSE: replace(
+            broken,
+            law=BASELINE,
+            rate_limits=np.inf,
+            name="Example 2, joints 2, 4, 7 failed, pseudoinverse without rate limit",
+        ),
+        EXAMPLE_2_CLOSED_FORM: replace(broken, name="Example 2, joints 2, 4, 7 failed, closed-form damping"),
+        EXAMPLE_2_EXACT: replace(broken, law=EXACT, name="Example 2, joints 2, 4, 7 failed, exact damping"),
+    }
+
+
+def paper_arm(lengths: npt.ArrayLike | None = None) -> Arm:
+    """The paper's arm; ``lengths`` (6,) [m] of its segments, None takes the inferred 30 in each."""
+    return nasa_modular() if lengths is None else nasa_modular(lengths)
+
+
+def commanded_twist(move: Sequence[float], duration: float) -> np.ndarray:
+    """The constant twist (6,) [m/s, rad/s] that makes a displacement [in] in a time [s], attitude kept."""
+    return np.concatenate([np.array(move) * INCH / duration, np.zeros(3)])
+
+
+def _scenario(arm: Arm, start: Any, move: Sequence[float], step: float, duration: float) -> Scenario:
+    """An example with all joints free, under the paper's law: eq. (9) takes the pseudoinverse wherever it meets the limit."""
+    return Scenario(
+        arm=arm,
+        start=np.deg2rad(start),
+        motion=Twist(commanded_twist(move, duration)),
+        law=CLOSED_FORM,
+        task=Task(weights=INCHES_AND_DEGREES),
+        period=step,
+        duration=duration,
+        rate_limits=np.deg2rad(RATE_LIMIT),
+    )
+
+
+def _locked(joints: Sequence[str]) -> tuple[Fault, ...]:
+    return tuple(Fault(joint) for joint in joints)

@@ -1,0 +1,116 @@
+"""What is read off a run, in the paper's inches and degrees."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stillreach.arm import Arm
+from stillreach.bounds import Bounds
+from stillreach.laws import LeastError
+from stillreach.paper.examples import EXACT, INCH, INCHES_AND_DEGREES, RATE_LIMIT
+from stillreach.simulate import Run
+from stillreach.simulate.attitude import pitch_yaw_roll
+
+
+def tool_start(run: Run) -> np.ndarray:
+    """(3,) [in]."""
+    return run.pose[0, :3, 3] / INCH
+
+
+def tool_end(run: Run) -> np.ndarray:
+    """(3,) [in]."""
+    return run.pose[-1, :3, 3] / INCH
+
+
+def displacement(run: Run) -> np.ndarray:
+    """How far the tool moved, (3,) [in]."""
+    return tool_end(run) - tool_start(run)
+
+
+def commanded_displacement(run: Run) -> np.ndarray:
+    """How far it was told to move, (3,) [in]; each command is held until the next tick."""
+    return np.diff(run.time) @ run.command[:-1, :3] / INCH
+
+
+def deviation(run: Run) -> np.ndarray:
+    """Actual minus commanded at the end: x, y, z [in], pitch, yaw, roll [deg]; for commands that keep the attitude."""
+    angles = pitch_yaw_roll(run.pose[[0, -1]])
+    turned = np.rad2deg((angles[1] - angles[0] + np.pi) % (2 * np.pi) - np.pi)
+    return np.concatenate([displacement(run) - commanded_displacement(run), turned])
+
+
+def largest_rate(run: Run) -> float:
+    """[deg/s]"""
+    return float(np.rad2deg(np.max(np.abs(run.rates))))
+
+
+def passes(run: Run, limit: float) -> float:
+    """When the largest rate first passes a limit [deg/s], on the straight line between two ticks [s]; NaN if it never does."""
+    largest = np.rad2deg(np.max(np.abs(run.rates), axis=1))
+    above = np.flatnonzero(largest > limit)
+    if not len(above):
+        return float("nan")
+    k = int(above[0])
+    if k == 0:
+        return float(run.time[0])
+    part = (limit - largest[k - 1]) / (largest[k] - largest[k - 1])
+    return float(run.time[k - 1] + part * (run.time[k] - run.time[k - 1]))
+
+
+def off_the_line(run: Run) -> float:
+    """Largest distance of the tool from the straight line that it was told to follow [in]."""
+    along = run.command[0, :3] / np.linalg.norm(run.command[0, :3])
+    moved = (run.pose[:, :3, 3] - run.pose[0, :3, 3]) / INCH
+    return float(np.max(np.linalg.norm(moved - np.outer(moved @ along, along), axis=1)))
+
+
+def apart(one: Run, other: Run) -> float:
+    """Largest distance between the tools of two runs of equal ticks [in]."""
+    return float(np.max(np.linalg.norm(one.pose[:, :3, 3] - other.pose[:, :3, 3], axis=1)) / INCH)
+
+
+def rate_used_while_damped(run: Run) -> float:
+    """Median of the largest rate over the ticks with damping [deg/s]; NaN without one."""
+    damped = run.damping > 0
+    return float(np.rad2deg(np.median(np.max(np.abs(run.rates[damped]), axis=1)))) if damped.any() else float("nan")
+
+
+def median_damping(run: Run) -> float:
+    """Median damping factor over the ticks with damping; NaN without one."""
+    damped = run.damping > 0
+    return float(np.median(run.damping[damped])) if damped.any() else float("nan")
+
+
+def largest_jump_of_damping(run: Run) -> float:
+    """Largest change of the damping factor from one tick to the next."""
+    return float(np.max(np.abs(np.diff(run.damping))))
+
+
+def error_of_the_task(run: Run) -> float:
+    """Task error summed over time [in and deg]: how far the tool fell behind."""
+    return float(np.diff(run.time) @ run.task_error[:-1])
+
+
+def variation_of_the_rates(run: Run) -> float:
+    """Sum over time and joints of the changes of the rates [deg/s]: what the drives feel."""
+    return float(np.rad2deg(np.sum(np.abs(np.diff(run.rates, axis=0)))))
+
+
+def smallest_singular_value(arm: Arm, run: Run) -> float:
+    """The smallest that the Jacobian had on the way, in metres and radians."""
+    return float(np.min(np.linalg.svd(arm.jacobian(run.q), compute_uv=False)))
+
+
+def error_above_the_optimum(arm: Arm, run: Run, faster: float) -> np.ndarray:
+    """By which part the least possible task error is below the one of exact damping, where that one damps.
+
+    Both are asked the same question: the poses and faults of a run, its command so many times as fast, the paper's rate limit.
+    """
+    exact, least = EXACT, LeastError(max_gain=None, weights=INCHES_AND_DEGREES)
+    saved = []
+    for J, command, health in zip(arm.jacobian(run.q), faster * run.command, run.health, strict=True):
+        bounds = Bounds.symmetric(np.deg2rad(RATE_LIMIT), n=arm.n).lock(np.flatnonzero(health))
+        damped = exact.solve(J, command, bounds)
+        if damped.damping > 0:
+            saved.append(1.0 - least.solve(J, command, bounds).task_error / damped.task_error)
+    return np.array(saved)

@@ -1,0 +1,122 @@
+"""The arm as a body in space: links as tubes, joints as drums along their axes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stillreach.arm import Arm
+from stillreach.show.style import SCREEN, Look, matplotlib_or_error
+
+SIDES = 20
+LINK_SHADE, JOINT_SHADE = 0.92, 0.62
+
+
+def stations(arm: Arm, q: npt.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Where the joints of an arm sit at q (n,) [rad] or [m].
+
+    Returns:
+        Points (n + 2, 3) [m]: the base, each joint, the tool; and the joints' axes (n, 3) in the base frame.
+    """
+    q = np.asarray(q, dtype=np.float64)
+    points, axes = [np.zeros(3)], []
+    for k, joint in enumerate(arm.joints):
+        before = Arm(arm.joints[: k + 1]).forward(np.append(q[:k], 0.0))
+        points.append(before[:3, 3])
+        axes.append(before[:3, :3] @ joint.axis)
+    points.append(arm.forward(q)[:3, 3])
+    return np.array(points), np.array(axes)
+
+
+def draw(ax: Any, arm: Arm, q: npt.ArrayLike, *, look: Look = SCREEN, labels: bool = True) -> None:
+    """Draw the arm into 3D axes, with the axes of its tool, and fit the axes around it.
+
+    Args:
+        ax: axes with ``projection="3d"``.
+        arm: the arm.
+        q: (n,) joint values [rad] or [m].
+        look: units.
+        labels: write the joints' names beside them.
+    """
+    matplotlib_or_error("drawing an arm")
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    points, axes = stations(arm, q)
+    points = points / look.length
+    width = _thickness(points)
+    shapes = [(_tube(start, end, width), LINK_SHADE) for start, end in zip(points[:-1], points[1:], strict=True)]
+    for point, axis in zip(points[1:-1], axes, strict=True):
+        along = 1.9 * width * axis
+        shapes.append((_tube(point - along, point + along, 1.55 * width), JOINT_SHADE))
+    faces = [(face, _lit(face, shade)) for tube, shade in shapes for face in tube]
+    # one collection, so that near faces hide far ones
+    colours = [colour for _, colour in faces]
+    ax.add_collection3d(Poly3DCollection([face for face, _ in faces], facecolors=colours, edgecolors=colours, linewidths=0.4))
+    if labels:
+        for name, point in zip(arm.joint_names, points[1:-1], strict=True):
+            ax.text(*point, f"   {name}", fontsize=8, va="bottom")
+    _tool(ax, arm.forward(q), look, 5.0 * width)
+    fit(ax, points)
+
+
+def path(ax: Any, points: npt.ArrayLike, *, look: Look = SCREEN, **line: Any) -> None:
+    """A path of the tool, (T, 3) [m], as a line."""
+    x, y, z = np.asarray(points, dtype=np.float64).T / look.length
+    ax.plot(x, y, z, **line)
+
+
+def fit(ax: Any, points: np.ndarray) -> None:
+    """One scale on all three axes, around points (k, 3) in the figure's unit."""
+    from matplotlib.ticker import MultipleLocator
+
+    least = 20 * _thickness(points)
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    half = np.maximum(np.ptp(points, axis=0) + least, 2 * least) / 2
+    low, high = middle - half, middle + half
+    ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    ax.set_box_aspect(high - low, zoom=0.9)
+    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+        axis.set_major_locator(MultipleLocator(_round_step(float(np.max(high - low)) / 4)))
+
+
+def _tube(start: np.ndarray, end: np.ndarray, radius: float) -> list[np.ndarray]:
+    """Side faces and both caps of a cylinder."""
+    axis = end - start
+    length = np.linalg.norm(axis)
+    if length == 0.0:
+        return []
+    axis = axis / length
+    across = np.cross(axis, (1.0, 0.0, 0.0) if abs(axis[0]) < 0.9 else (0.0, 1.0, 0.0))
+    across /= np.linalg.norm(across)
+    turn = np.linspace(0.0, 2 * np.pi, SIDES + 1)
+    ring = radius * (np.outer(np.cos(turn), across) + np.outer(np.sin(turn), np.cross(axis, across)))
+    sides = [np.array([start + a, start + b, end + b, end + a]) for a, b in zip(ring[:-1], ring[1:], strict=True)]
+    return [*sides, start + ring[-2::-1], end + ring[:-1]]
+
+
+def _lit(face: np.ndarray, shade: float) -> np.ndarray:
+    """Colour of a face with light from the upper left, (3,)."""
+    normal = np.cross(face[1] - face[0], face[2] - face[0])
+    facing = abs(float(normal @ (-0.45, -0.55, 0.70))) / max(float(np.linalg.norm(normal)), 1e-300)
+    return np.full(3, shade * (0.72 + 0.28 * facing))
+
+
+def _tool(ax: Any, T: np.ndarray, look: Look, size: float) -> None:
+    """The axes of the tool."""
+    origin = T[:3, 3] / look.length
+    for k, name in enumerate("xyz"):
+        ax.plot(*np.stack([origin, origin + size * T[:3, k]]).T, color="black", linewidth=1.0)
+        ax.text(*(origin + 1.3 * size * T[:3, k]), name, fontsize=7, ha="center", va="center")
+
+
+def _round_step(length: float) -> float:
+    """The largest of ..., 1, 2, 5, 10, ... that is not above a length."""
+    power = 10.0 ** np.floor(np.log10(length))
+    return float(max(step * power for step in (1, 2, 5) if step * power <= length * (1 + 1e-9)))
+
+
+def _thickness(points: np.ndarray) -> float:
+    """Radius of a link, for an arm of this length."""
+    return 0.012 * float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))

@@ -1,0 +1,39 @@
+"""What a run says of itself, in words and numbers that a file can hold."""
+
+from __future__ import annotations
+
+from importlib.metadata import PackageNotFoundError, version
+
+import numpy as np
+
+from stillreach.simulate.scenario import Scenario
+
+Attribute = str | int | float
+
+
+def run_attributes(scenario: Scenario, *, interrupted: bool) -> dict[str, Attribute]:
+    """The labels of a run of a scenario.
+
+    ``interrupted`` is 1 for a run that Ctrl-C ended early, else 0. ``rate_limits`` says so where there are none.
+    """
+    limits = scenario.arm.velocity_limits if scenario.rate_limits is None else np.asarray(scenario.rate_limits, dtype=float)
+    return {
+        "title": scenario.name or f"{scenario.arm.name} under {type(scenario.law).__name__}",
+        "arm": scenario.arm.name,
+        "law": repr(scenario.law),
+        "task": repr(scenario.task),
+        "faults": "; ".join(map(repr, scenario.faults)) or "none",
+        "rate_limits": "infinite: no rate limit" if np.all(np.isinf(limits)) else "see lower and upper",
+        "integrator": scenario.integrator,
+        "period": float(scenario.period),
+        "duration": float(scenario.duration or 0.0),
+        "interrupted": int(interrupted),
+        "source": f"stillreach {_version()}",
+    }
+
+
+def _version() -> str:
+    try:
+        return version("stillreach")
+    except PackageNotFoundError:
+        return "(not installed)"

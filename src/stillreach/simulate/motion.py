@@ -1,0 +1,156 @@
+"""What the tool is told to do over time: constant twists one after the other, or a function of time.
+
+A commanded twist is [v; w] along base axes. Followed exactly from a pose (p, R) for a time t it leads to
+(p + v t, exp(w t) R): the point moves on a straight line while the attitude turns about a fixed axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from stillreach import _door
+from stillreach._door import FloatArray
+from stillreach.errors import InputError
+
+TICK_TOLERANCE = 1e-9
+"""A moment this fraction of a period before a tick counts as that tick: 0.1 + 0.2 is later than 0.3."""
+
+
+@dataclass(frozen=True, eq=False)
+class Twist:
+    """A constant commanded twist, held for a time.
+
+    Args:
+        twist: (6,) [v; w] along base axes [m/s, rad/s].
+        duration: how long it is held [s]; None is to the end of the scenario.
+
+    Raises:
+        InputError: an argument is none of this.
+    """
+
+    twist: FloatArray
+    duration: float | None = None
+
+    def __init__(self, twist: npt.ArrayLike, duration: float | None = None) -> None:
+        object.__setattr__(self, "twist", _door.vector("twist", twist, 6))
+        object.__setattr__(self, "duration", None if duration is None else _door.positive("duration", duration))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Twist):
+            return NotImplemented
+        return self.duration == other.duration and np.array_equal(self.twist, other.twist)
+
+    def __hash__(self) -> int:
+        return hash((self.duration, self.twist.tobytes()))
+
+    def __repr__(self) -> str:
+        held = "" if self.duration is None else f", duration={self.duration:g}"
+        return f"Twist([{', '.join(f'{value:g}' for value in self.twist)}]{held})"
+
+
+Motion: TypeAlias = Twist | Callable[[float], npt.ArrayLike]
+"""A part of a motion: a held twist, or a function from the time since the scenario's start [s] to a twist (6,)."""
+
+
+def checked_motion(motion: Any) -> tuple[Motion, ...]:
+    """The parts of a motion, from one part or several.
+
+    Args:
+        motion: a Twist, a function of time, or a sequence of Twist of which the last part may be a function or lack a duration.
+
+    Raises:
+        InputError: it is something else, or a part follows one that never ends.
+    """
+    expected = "a Twist, a function of time, or a list of Twist whose last part may be a function"
+    if isinstance(motion, Twist) or callable(motion):
+        return (motion,)
+    if not isinstance(motion, Iterable) or isinstance(motion, str | np.ndarray):
+        raise InputError("motion", _door.describe(motion), expected)
+    parts = tuple(motion)
+    for place, part in enumerate(parts):
+        if not (isinstance(part, Twist) or callable(part)):
+            raise InputError("motion", f"{_door.describe(part)} at place {place}", expected)
+        endless = not isinstance(part, Twist) or part.duration is None
+        if endless and place < len(parts) - 1:
+            raise InputError("motion", f"a part without an end at place {place} of {len(parts)}", expected)
+    return parts
+
+
+def ends(motion: Sequence[Motion]) -> FloatArray:
+    """(parts,) [s] when each part ends; the last is infinite where it has no end."""
+    durations = [part.duration if isinstance(part, Twist) and part.duration is not None else np.inf for part in motion]
+    return np.cumsum(durations)
+
+
+def commands(motion: Sequence[Motion], times: FloatArray, part: int) -> FloatArray:
+    """The commanded twists at some times that all lie in one part.
+
+    Args:
+        motion: the parts.
+        times: (K,) [s].
+        part: index of the part; ``len(motion)`` is the rest after the last end.
+
+    Returns:
+        (K, 6) [m/s, rad/s].
+
+    Raises:
+        InputError: a function of time answered with something else than 6 finite numbers.
+    """
+    if part >= len(motion):
+        return np.zeros((len(times), 6))
+    item = motion[part]
+    if isinstance(item, Twist):
+        return np.repeat(item.twist[None, :], len(times), axis=0)
+    return np.array([_door.vector(f"motion({t:g})", _called(item, float(t)), 6) for t in times])
+
+
+def _called(function: Callable[[float], npt.ArrayLike], t: float) -> npt.ArrayLike:
+    """A user's function at a time; what it raises carries a note of where."""
+    try:
+        value = function(t)
+    except Exception as error:
+        error.add_note(f"raised by the scenario's motion at t = {t:g} s")
+        raise
+    if np.ndim(value) == 0:  # one number must not stand for six here
+        raise InputError(f"motion({t:g})", _door.describe(value), "6 finite numbers")
+    return value
+
+
+def followed(T_start: npt.ArrayLike, twists: FloatArray, durations: npt.ArrayLike) -> FloatArray:
+    """The poses of a tool that follows held twists exactly, one after the other.
+
+    Args:
+        T_start: (4, 4) [m] pose at the start.
+        twists: (K, 6) [m/s, rad/s].
+        durations: (K,) or one for all [s] how long each is held.
+
+    Returns:
+        (K + 1, 4, 4) [m], the start first.
+
+    Raises:
+        InputError: a start that is not rigid.
+    """
+    held = np.broadcast_to(np.asarray(durations, dtype=np.float64), (len(twists),))
+    poses = np.empty((len(twists) + 1, 4, 4))
+    poses[0] = _door.pose("T_start", T_start)
+    poses[1:] = np.eye(4)
+    poses[1:, :3, 3] = poses[0, :3, 3] + np.cumsum(twists[:, :3] * held[:, None], axis=0)
+    for k, turn in enumerate(_rotations(twists[:, 3:] * held[:, None])):
+        poses[k + 1, :3, :3] = turn @ poses[k, :3, :3]
+    return poses
+
+
+def _rotations(vectors: FloatArray) -> FloatArray:
+    """exp([w]) of rotation vectors: (K, 3) [rad] -> (K, 3, 3), by Rodrigues' formula in half angles (no cancellation near 0)."""
+    angle = np.linalg.norm(vectors, axis=1)
+    first = np.sinc(angle / np.pi)[:, None, None]  # sin a / a
+    second = 0.5 * np.sinc(angle / (2 * np.pi))[:, None, None] ** 2  # (1 - cos a) / a²
+    x, y, z = vectors.T
+    zero = np.zeros_like(x)
+    K = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
+    return np.eye(3) + first * K + second * (K @ K)

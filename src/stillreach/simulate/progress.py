@@ -1,0 +1,56 @@
+"""A progress bar that appears only when it is needed."""
+
+from __future__ import annotations
+
+import sys
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as Bar
+
+PATIENCE = 1.0
+"""Seconds after which a bar is shown."""
+
+
+class Progress:
+    """Shows a bar on standard error while something long is under way.
+
+    Args:
+        label: text before the bar.
+        total: what ``update`` counts up to.
+        show: True from the beginning, False never, None on a terminal after a second.
+    """
+
+    def __init__(self, label: str, total: int, show: bool | None) -> None:
+        self._label, self._total = label, total
+        self._wanted = sys.stderr.isatty() if show is None else show
+        self._from = time.monotonic() + (0.0 if show else PATIENCE)
+        self._bar: Bar | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def update(self, done: int) -> None:
+        """So much is done."""
+        if not self._wanted or time.monotonic() < self._from:
+            return
+        if self._bar is None:
+            self._bar = self._started()
+        self._bar.update(self._bar.task_ids[0], completed=done)
+
+    def _started(self) -> Bar:
+        from rich.console import Console
+        from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
+        from rich.progress import Progress as Bar
+
+        columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
+        bar = Bar(*columns, console=Console(stderr=True), transient=True)
+        bar.add_task(self._label, total=self._total)
+        bar.start()
+        return bar

@@ -1,0 +1,110 @@
+"""A simulation as a value: which arm starts where, what it is told, what breaks and when."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stillreach import _door
+from stillreach._door import FloatArray
+from stillreach.arm import Arm
+from stillreach.errors import InputError
+from stillreach.faults import Fault
+from stillreach.laws import LeastError
+from stillreach.simulate.motion import TICK_TOLERANCE, Motion, checked_motion, ends
+from stillreach.task import Task
+
+INTEGRATORS = ("euler", "rk4")
+
+
+@dataclass(frozen=True, eq=False)
+class Scenario:
+    """What ``simulate`` runs. Immutable; ``dataclasses.replace`` makes variants.
+
+    Args:
+        arm: the arm.
+        start: (n,) joint values at time 0 [rad] or [m].
+        motion: one Twist or function of time, or a list of Twist, one after the other, whose last part may be a function or
+            lack a duration. After the last part the commanded twist is zero.
+        faults: what fails when. A fault begins and ends at the first tick that is not before its time; of two on one joint
+            the one that began last holds.
+        law: how the rates are found.
+        task: what is asked of the tool.
+        period: time between ticks [s].
+        duration: how long [s]; the last tick is the last one not after it. None is the motion's own.
+        integrator: ``"euler"`` (the rates of a tick are held until the next one, as a robot's drives do) or ``"rk4"`` (classical
+            fourth-order Runge-Kutta: the law is asked at half steps, too).
+        rate_limits: (n,) or one for all [rad/s] or [m/s], inf for none; None takes the arm's own.
+        position_limits: (n, 2) or one pair for all [rad] or [m]; None takes the arm's own.
+        acceleration_limits: (n,) or one for all [rad/s²] or [m/s²], inf for none; None takes the arm's own.
+        name: what plots and files call it.
+
+    Raises:
+        InputError: an argument is none of this.
+        UnknownJointError: a fault names a joint that the arm does not have.
+    """
+
+    _: KW_ONLY
+    arm: Arm
+    start: FloatArray
+    motion: Sequence[Motion] | Motion
+    faults: Sequence[Fault] = ()
+    law: Any = field(default_factory=LeastError)
+    task: Task = field(default_factory=Task)
+    period: float = 0.01
+    duration: float | None = None
+    integrator: str = "euler"
+    rate_limits: npt.ArrayLike | None = None
+    position_limits: npt.ArrayLike | None = None
+    acceleration_limits: npt.ArrayLike | None = None
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.arm, Arm):
+            raise InputError("arm", _door.describe(self.arm), "an Arm")
+        checked = {
+            "start": _door.vector("start", self.start, self.arm.n),
+            "motion": checked_motion(self.motion),
+            "faults": self._checked_faults(),
+            "period": _door.positive("period", self.period),
+            "duration": self._checked_duration(),
+            "integrator": _door.choice("integrator", self.integrator, INTEGRATORS),
+        }
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def steps(self) -> int:
+        """Number of steps; a run of it has one tick more."""
+        assert self.duration is not None
+        return int(np.floor(self.duration / self.period + TICK_TOLERANCE))
+
+    def tick_at(self, time: float) -> int:
+        """The first tick that is not before a time [s]; infinite times are after every tick."""
+        if np.isinf(time):
+            return self.steps + 1
+        return max(0, int(np.ceil(time / self.period - TICK_TOLERANCE)))
+
+    def part_starts(self) -> list[int]:
+        """The tick from which on each part of the motion is commanded; one more for the rest after the last."""
+        return [0, *(self.tick_at(float(end)) for end in ends(checked_motion(self.motion)))]
+
+    def _checked_faults(self) -> tuple[Fault, ...]:
+        faults = (self.faults,) if isinstance(self.faults, Fault) else tuple(self.faults)
+        for place, fault in enumerate(faults):
+            if not isinstance(fault, Fault):
+                raise InputError("faults", f"{_door.describe(fault)} at place {place}", "a list of Fault")
+            self.arm.joint_index(fault.joint)
+        return faults
+
+    def _checked_duration(self) -> float:
+        if self.duration is not None:
+            return _door.positive("duration", self.duration)
+        last = ends(checked_motion(self.motion))
+        if len(last) == 0 or np.isinf(last[-1]):
+            raise InputError("duration", "None", "a time above 0: this motion has no end of its own")
+        return float(last[-1])

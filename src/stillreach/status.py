@@ -1,0 +1,53 @@
+"""What a tick answers: flags of what happened, and the reasons of active bounds."""
+
+from __future__ import annotations
+
+from enum import IntEnum, IntFlag
+
+
+class Status(IntFlag):
+    """What happened in a tick; several things can be true. The flags are the compiled core's."""
+
+    OK = 0
+    """The task is met with nothing in the way."""
+    SATURATED = 1
+    """A working joint is at a bound."""
+    SCALED = 2
+    """Less than the whole commanded twist was aimed at (KeepDirection)."""
+    DAMPED = 4
+    """The damping factor is above 0."""
+    SINGULAR = 8
+    """The working joints' Jacobian has lost rank."""
+    OVER_LIMIT = 16
+    """The rates exceed a bound (Pseudoinverse only)."""
+    NO_WORKING_JOINT = 32
+    """No joint is free to move."""
+    FAULT_NOT_COMPENSATED = 64
+    """A runaway joint moves the tool, and the others cannot make up for it."""
+    CLIPPED = 128
+    """Rates were cut to their bounds one by one (damping laws)."""
+    LIMIT_GIVEN_UP = 256
+    """Limits contradicted each other; the one of lower precedence was given up."""
+    ITERATION_LIMIT = 512
+    """A search met its bound on steps; the answer is the best so far, inside the bounds."""
+    INVALID_INPUT = 1024
+    """Input that is no finite number; the rates brake."""
+
+
+class Reason(IntEnum):
+    """Why a rate bound is what it is. In ``Solution.active`` negative at the lower bound, positive at the upper one."""
+
+    FREE = 0
+    FAULT = 1
+    RATE = 2
+    POSITION = 3
+    ACCELERATION = 4
+
+
+class Health(IntEnum):
+    """State of a joint, as ``Run.health`` and ``Controller.health`` hold it."""
+
+    HEALTHY = 0
+    LOCKED = 1
+    DERATED = 2
+    RUNAWAY = 3

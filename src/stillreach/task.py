@@ -1,0 +1,156 @@
+"""What is asked: which rows of the twist, along which axes, and what counts as 1."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stillreach import _door
+from stillreach._core import Metric
+from stillreach._door import FloatArray
+from stillreach.errors import InputError
+
+ROWS = {"pose": (0, 1, 2, 3, 4, 5), "position": (0, 1, 2), "orientation": (3, 4, 5)}
+FRAMES = ("base", "tool")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Weights:
+    """What counts as 1 in task errors and in joint rates, and how much each row and joint counts.
+
+    Args:
+        length: [m] the unit of v rows and prismatic joints (0.0254: they are measured in inches).
+        angle: [rad] the unit of w rows and revolute joints.
+        task: W1, weight of the squared task error in these units: (6,) diagonal or (6, 6) positive definite (for a
+            Jacobian with m rows (m,) or (m, m)); None is the identity.
+        joints: W2, weight of the squared rates in these units: (n,) diagonal or (n, n) positive definite; None is
+            the identity.
+
+    Raises:
+        InputError: a unit or weight that is not positive (definite), or of a wrong shape.
+    """
+
+    length: float = 1.0
+    angle: float = 1.0
+    task: FloatArray | None = None
+    joints: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "length", _door.positive("length", self.length))
+        object.__setattr__(self, "angle", _door.positive("angle", self.angle))
+        for name in ("task", "joints"):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, _positive_definite(name, value))
+
+    def metric(self, linear_rows: Sequence[bool], prismatic: Sequence[bool], rows: Sequence[int] | None = None) -> Metric:
+        """The core's form of these weights, for rows and joints of the given kinds.
+
+        Args:
+            linear_rows: (m,) True for a row in [m/s], False for [rad/s].
+            prismatic: (n,) True for a joint in [m/s].
+            rows: which rows of a six-row task weight are used; None: the weight has m rows itself.
+
+        Raises:
+            InputError: a weight of another size.
+        """
+        m, n = len(linear_rows), len(prismatic)
+        units = np.where(np.asarray(prismatic, dtype=bool), self.length, self.angle)
+        row_units = np.where(np.asarray(linear_rows, dtype=bool), self.length, self.angle)
+        W1 = _selected(self.task, m, rows)
+        factor = np.diag(1.0 / row_units) if W1 is None else np.linalg.cholesky(W1).T / row_units
+        columns, full = units, None
+        if self.joints is not None:
+            if len(self.joints) != n:
+                raise InputError("weights.joints", _door.describe(self.joints), f"weights of {n} joints")
+            if self.joints.ndim == 1:
+                columns = units / np.sqrt(self.joints)
+            else:
+                full = np.ascontiguousarray(self.joints)
+        return Metric(
+            m,
+            n,
+            rows=None if np.array_equal(factor, np.eye(m)) else np.ascontiguousarray(factor),
+            columns=None if full is None and np.all(columns == 1.0) else np.ascontiguousarray(columns, dtype=float),
+            joints=full,
+        )
+
+
+def _positive_definite(name: str, value: Any) -> FloatArray:
+    """A positive vector, or a symmetric positive definite matrix."""
+    if np.ndim(value) == 1:
+        vector = _door.vector(name, value, None)
+        if not np.all(vector > 0.0):
+            raise InputError(name, _door.describe(value), "weights above 0")
+        return vector
+    expected = "positive weights (k,) or a symmetric positive definite matrix (k, k)"
+    matrix = _door.matrix(name, value, (None, None))
+    scale = float(np.max(np.abs(matrix), initial=0.0))
+    if matrix.shape[0] != matrix.shape[1] or np.max(np.abs(matrix - matrix.T), initial=0.0) > 1e-12 * scale:
+        raise InputError(name, _door.describe(value), expected)
+    try:
+        np.linalg.cholesky(matrix)
+    except np.linalg.LinAlgError:
+        raise InputError(name, "a matrix that is not positive definite", expected) from None
+    return _door.frozen((matrix + matrix.T) / 2)
+
+
+def _selected(W1: FloatArray | None, m: int, rows: Sequence[int] | None) -> FloatArray | None:
+    """The task weight of the rows in use, as an (m, m) matrix."""
+    if W1 is None:
+        return None
+    full = np.diag(W1) if W1.ndim == 1 else W1
+    if rows is not None and len(full) == 6:
+        return full[np.ix_(rows, rows)]
+    if len(full) != m:
+        raise InputError("weights.task", _door.describe(W1), f"weights of {m} rows" + ("" if rows is None else " or of 6"))
+    return full
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Task:
+    """Which part of the commanded twist is the task.
+
+    Args:
+        rows: "pose" (all six), "position", "orientation", or a mask of 6 booleans over [vx, vy, vz, wx, wy, wz];
+            (True, True, True, True, True, False) in the tool frame is five-axis work.
+        frame: the axes that the rows are taken along, "base" or "tool". The commanded twist is along base axes always.
+        tool: (4, 4) [m] the task's point and axes seen from the arm's tool; None: the arm's tool itself.
+        weights: units and weights; None: one metre, one radian, all equal.
+
+    Raises:
+        InputError: anything else.
+    """
+
+    rows: str | Sequence[bool] = "pose"
+    frame: str = "base"
+    tool: FloatArray | None = None
+    weights: Weights | None = None
+    indices: tuple[int, ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "indices", _row_indices(self.rows))
+        _door.choice("frame", self.frame, FRAMES)
+        if self.tool is not None:
+            object.__setattr__(self, "tool", _door.pose("tool", self.tool))
+        if self.weights is not None and not isinstance(self.weights, Weights):
+            raise InputError("weights", _door.describe(self.weights), "stillreach.Weights")
+
+    @property
+    def m(self) -> int:
+        """Number of task rows."""
+        return len(self.indices)
+
+
+def _row_indices(rows: str | Sequence[bool]) -> tuple[int, ...]:
+    """Indices into [v; w] of the rows asked for."""
+    if isinstance(rows, str):
+        return ROWS[_door.choice("rows", rows, tuple(ROWS))]
+    mask = list(rows) if isinstance(rows, Sequence | np.ndarray) else []
+    if len(mask) != 6 or not all(isinstance(flag, bool | np.bool_) for flag in mask) or not any(mask):
+        raise InputError("rows", _door.describe(rows), "'pose', 'position', 'orientation' or 6 booleans, one of them True")
+    return tuple(i for i, flag in enumerate(mask) if flag)

@@ -1,0 +1,103 @@
+"""KeepDirection: the largest fraction of the twist that the bounds allow, in exactly its direction.
+
+Weak duality judges every case, a linear program (HiGHS) a sample and the cases that duality leaves open;
+STILLREACH_FULL=1 shows the linear program all of them.
+"""
+
+import os
+
+import numpy as np
+import pytest
+
+import stillreach as sr
+from oracles import box
+from oracles.kinematics import planar_arm
+
+SAMPLE = 20_000 if os.environ.get("STILLREACH_FULL") else 1_000
+
+
+@pytest.mark.timeout(600)
+def test_no_larger_fraction_is_feasible(bound_cases, ask, tally):
+    for i, case in enumerate(bound_cases):
+        out, problem = ask(sr.KeepDirection, case), case.boxed
+        assert np.all((case.lower <= out.rates) & (out.rates <= case.upper)), case.label
+        np.testing.assert_array_equal(out.rates[case.failed], case.lower[case.failed], case.label)
+        assert 0.0 <= out.scale <= 1.0, case.label
+        if case.decomposed.kind != "regular" or case.decomposed.condition > 1e6:
+            tally["only bounds: " + case.decomposed.kind.replace("regular", "nearly singular")] += 1
+            continue
+        rates = out.rates / problem.unit
+        if out.scale > 0:
+            off = problem.j @ rates - out.scale * problem.x
+            size = 1.0 + np.linalg.norm(problem.j) * np.linalg.norm(rates)
+            assert np.linalg.norm(off) <= 1e-10 * size, case.label
+        bound = box.scale_bound(problem.j, problem.x, problem.lower, problem.upper, rates)
+        proved = out.scale >= 1.0 or (out.scale > 0 and bound <= out.scale + 1e-9)
+        tally["proved by duality" if proved else "left to the linear program"] += 1
+        if not proved or i < SAMPLE:
+            best = box.largest_scale(problem.j, problem.x, problem.lower, problem.upper)
+            assert out.scale == pytest.approx(best or 0.0, abs=1e-9), case.label
+            tally["linear programs"] += 1
+
+
+def test_then_the_nearest_to_the_reference(bound_cases, ask, tally):
+    rng = np.random.default_rng(31)
+    for case in bound_cases[:5000]:
+        problem = case.boxed
+        if case.decomposed.kind != "regular" or case.decomposed.condition > 1e3:
+            continue
+        reference = rng.normal(size=case.j.shape[1]) * problem.unit * rng.choice([0.0, 1.0])
+        out = ask(sr.KeepDirection, case, reference=reference)
+        rates, target = out.rates / problem.unit, reference / problem.unit
+        if out.scale == 0:
+            continue
+        nearest = box.nearest_same_motion(problem.j, rates, problem.lower, problem.upper, target, problem.weight)
+        if nearest is None:
+            tally["the solver gave up"] += 1
+            continue
+        tally["compared"] += 1
+        ours, theirs = (np.sqrt((r - target) @ problem.weight @ (r - target)) for r in (rates, nearest))
+        assert ours <= theirs * (1 + 1e-6) + 1e-9, f"{case.label}: {ours - theirs:.3g}"
+    assert tally["compared"] > 1000
+
+
+def test_the_worked_planar_arm():
+    _, j = planar_arm(np.deg2rad([20, 50, -30, 40]))
+    twist, limits = np.array([1.8, 2.4]), np.array([0.5, 0.5, 1.0, 1.0])
+    out = sr.KeepDirection().solve(j, twist, sr.Bounds(-limits, limits), row_kinds="vv")
+    assert out.scale == pytest.approx(0.2227372, abs=5e-8)
+    assert out.status & sr.Status.SCALED
+    np.testing.assert_allclose(j @ out.rates, out.scale * twist, atol=1e-12)
+    assert out.scale > np.min(limits / np.abs(np.linalg.pinv(j) @ twist))  # scaling the pseudoinverse gives less
+
+
+def test_a_feasible_twist_is_done_in_full_with_the_least_motion():
+    j, twist = np.random.default_rng(32).normal(size=(6, 9)), np.full(6, 0.1)
+    out = sr.KeepDirection().solve(j, twist, sr.Bounds.symmetric(10.0, n=9))
+    assert out.scale == 1.0
+    assert not out.status & sr.Status.SCALED
+    np.testing.assert_allclose(out.rates, np.linalg.pinv(j) @ twist, atol=1e-10)
+
+
+def test_a_runaway_that_cannot_be_compensated_leaves_the_best_standstill():
+    # One row, two joints; the runaway does -3, the other can make up for 0.5: LeastError's answer for twist 0.
+    bounds = sr.Bounds([-3.0, -0.5], [-3.0, 0.5])
+    out = sr.KeepDirection().solve([[1.0, 1.0]], [4.0], bounds, row_kinds="v")
+    assert out.scale == 0.0
+    np.testing.assert_allclose(out.rates, (-3.0, 0.5))
+
+
+def test_a_direction_out_of_reach_is_not_started():
+    out = sr.KeepDirection().solve([[1.0], [0.0]], [1.0, 1.0], sr.Bounds.symmetric(1.0, n=1), row_kinds="vv")
+    assert out.scale == 0.0
+    np.testing.assert_allclose(out.rates, 0.0, atol=1e-12)
+
+
+def test_twist_and_bounds_times_s_leave_the_scale(bound_cases):
+    for case in bound_cases[:300]:
+        if case.decomposed.kind != "regular" or case.decomposed.condition > 1e3:
+            continue
+        law = sr.KeepDirection()
+        one = law.solve(case.j, case.twist, sr.Bounds(case.lower, case.upper), row_kinds=case.rows)
+        other = law.solve(case.j, 8 * case.twist, sr.Bounds(8 * case.lower, 8 * case.upper), row_kinds=case.rows)
+        assert other.scale == pytest.approx(one.scale, abs=1e-9), case.label

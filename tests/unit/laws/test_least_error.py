@@ -1,0 +1,128 @@
+"""LeastError: the least task error inside the bounds, then the rates nearest to the reference.
+
+`max_gain=None` is judged here, as the bare optimum: by SciPy's bounded-variable least squares, by a dual active-set
+solver and by weak duality. Solvers see a sample; STILLREACH_FULL=1 shows them every case.
+"""
+
+import os
+
+import numpy as np
+import pytest
+
+import stillreach as sr
+from oracles import box
+from oracles.cases import law_cases
+from oracles.kinematics import planar_arm
+
+SAMPLE = 20_000 if os.environ.get("STILLREACH_FULL") else 3_000
+RANK_TOLERANCE = 1e-10
+
+
+def allowance(case, other):
+    """By how much a solver without a rank tolerance may do better: what directions below the tolerance can add."""
+    across = 0.0 if case.decomposed.kind == "regular" and case.decomposed.condition < 1e4 else RANK_TOLERANCE
+    return 1e-9 + across * np.linalg.norm(other)
+
+
+@pytest.mark.timeout(600)
+def test_no_solver_has_a_smaller_error(bound_cases, ask, tally):
+    for case in bound_cases[:SAMPLE]:
+        out, problem = ask(sr.LeastError, case, max_gain=None), case.boxed
+        assert np.all((case.lower <= out.rates) & (out.rates <= case.upper)), case.label
+        np.testing.assert_array_equal(out.rates[case.failed], case.lower[case.failed], case.label)
+        tally[case.decomposed.kind] += 1
+        if case.decomposed.kind == "near the rank tolerance":
+            continue
+        ours = box.error(problem.j, problem.x, out.rates / problem.unit)
+        for solver in (box.least_error_bvls, box.least_error_daqp):
+            rates = solver(problem.j, problem.x, problem.lower, problem.upper)
+            theirs = box.error(problem.j, problem.x, rates)
+            message = f"{case.label}: {ours - theirs:.3g} above {solver.__name__}"
+            assert ours <= theirs + allowance(case, rates), message
+
+
+def test_duality_proves_the_error_least(bound_cases, ask, tally):
+    for case in bound_cases:
+        out, problem = ask(sr.LeastError, case, max_gain=None), case.boxed
+        assert np.all((case.lower <= out.rates) & (out.rates <= case.upper)), case.label
+        assert np.all(np.isfinite(out.rates)), case.label
+        assert not out.status & sr.Status.ITERATION_LIMIT, case.label
+        rates = out.rates / problem.unit
+        excess = box.excess_error_bound(problem.j, problem.x, problem.lower, problem.upper, rates)
+        width = np.where(np.isfinite(problem.upper), problem.upper - problem.lower, 0.0)
+        reach = 1.0 + np.max(np.abs(rates)) + np.max(width)
+        if case.decomposed.kind == "near the rank tolerance":
+            tally["near the rank tolerance"] += 1
+        elif reach < 1e4:
+            tally["proved"] += 1
+            assert excess <= 1e-8 * reach, f"{case.label}: {excess:.3g}"
+        else:
+            tally["bounds too wide for the proof"] += 1
+
+
+def test_among_equals_the_nearest_to_the_reference(bound_cases, ask, tally):
+    rng = np.random.default_rng(21)
+    for case in bound_cases[: 2 * SAMPLE]:
+        problem = case.boxed
+        reference = rng.normal(size=case.j.shape[1]) * problem.unit * rng.choice([0.0, 1.0])
+        rates = ask(sr.LeastError, case, max_gain=None, reference=reference).rates / problem.unit
+        if case.decomposed.kind in ("near the rank tolerance", "no working joint"):
+            continue
+        between = case.decomposed.working & (rates > problem.lower) & (rates < problem.upper)
+        s = np.linalg.svd(problem.j[:, between], compute_uv=False)
+        if np.any((s > 1e-13) & (s < 1e-4)):
+            tally["free joints nearly dependent"] += 1
+            continue
+        target = reference / problem.unit
+        nearest = box.nearest_same_motion(problem.j, rates, problem.lower, problem.upper, target, problem.weight)
+        if nearest is None:
+            tally["the solver gave up"] += 1
+            continue
+        tally["compared"] += 1
+        ours, theirs = (np.sqrt((r - target) @ problem.weight @ (r - target)) for r in (rates, nearest))
+        assert ours <= theirs * (1 + 1e-6) + 1e-9, f"{case.label}: {ours - theirs:.3g}"
+    assert tally["compared"] > 0.6 * 2 * SAMPLE
+    assert tally["the solver gave up"] < 0.05 * 2 * SAMPLE
+
+
+def test_the_worked_planar_arm():
+    _, j = planar_arm(np.deg2rad([20, 50, -30, 40]))
+    limits = np.array([0.5, 0.5, 1.0, 1.0])
+    out = sr.LeastError(max_gain=None).solve(j, [1.8, 2.4], sr.Bounds(-limits, limits), row_kinds="vv")
+    assert out.task_error == pytest.approx(2.3150470, abs=5e-8)
+
+
+def test_a_larger_box_never_has_a_larger_error(ask):
+    rng = np.random.default_rng(22)
+    law = sr.LeastError(max_gain=None)
+    for case in law_cases(1500, 23, bounds=("symmetric", "per joint", "one-sided"), scaled=0.0):
+        errors = []
+        lower, upper = case.lower, case.upper
+        for _ in range(4):
+            out = law.solve(case.j, case.twist, sr.Bounds(lower, upper), row_kinds=case.rows)
+            errors.append(out.task_error)
+            lower, upper = (side * rng.uniform(1.0, 2.0, len(side)) for side in (lower, upper))
+        assert np.all(np.diff(errors) <= 1e-9 * np.linalg.norm(case.twist)), f"{case.label}: {errors}"
+
+
+def test_never_worse_than_exact_damping(paper_cases, ask):
+    for case in paper_cases[:4000]:
+        if case.decomposed.kind == "near the rank tolerance":
+            continue
+        least, damped = ask(sr.LeastError, case, max_gain=None), ask(sr.SingularityRobust, case)
+        size = np.linalg.norm(case.decomposed.x) + case.decomposed.s[0] if case.decomposed.s.size else 1.0
+        assert least.task_error <= damped.task_error * (1 + 1e-9) + 1e-9 * size, case.label
+
+
+def test_one_joint_stops_at_its_bound_and_the_other_helps():
+    # Rows 1 and 2: dq1 + dq2 = 3 with dq1 <= 1 leaves 2 to the second.
+    bounds = sr.Bounds([-1.0, -9.0], [1.0, 9.0])
+    out = sr.LeastError(max_gain=None).solve([[1.0, 1.0]], [3.0], bounds, row_kinds="v")
+    np.testing.assert_allclose(out.rates, (1.0, 2.0), atol=1e-12)
+
+
+def test_a_free_choice_goes_to_the_reference_and_no_further_than_the_bounds():
+    # dq1 - dq2 = 0 is all the task asks; (5, 5) would be nearest to the reference.
+    bounds = sr.Bounds([-9.0, -9.0], [9.0, 2.0])
+    out = sr.LeastError(max_gain=None).solve([[1.0, -1.0]], [0.0], bounds, reference=[6.0, 4.0], row_kinds="v")
+    np.testing.assert_allclose(out.rates, (2.0, 2.0), atol=1e-12)

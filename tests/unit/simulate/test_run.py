@@ -1,0 +1,127 @@
+import dataclasses
+import pickle
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import stillreach as sr
+from stillreach.simulate.fields import FIELDS
+from tests.unit.simulate.scenarios import small_run
+
+NAMES = [field.name for field in FIELDS]
+
+
+def assert_same(one, other):
+    """Every array with its type, every name, unit and attribute."""
+    for name in NAMES:
+        a, b = getattr(one, name), getattr(other, name)
+        assert a.dtype == b.dtype, name
+        assert np.array_equal(a, b), name
+    assert (one.joint_names, one.joint_units) == (other.joint_names, other.joint_units)
+    assert dict(one.attrs) == dict(other.attrs)
+    assert {key: type(value) for key, value in one.attrs.items()} == {key: type(value) for key, value in other.attrs.items()}
+
+
+def test_the_arrays_are_those_of_the_design():
+    run = small_run()
+    shapes = {"time": (31,), "q": (31, 8), "rates": (31, 8), "pose": (31, 4, 4), "command": (31, 6), "residual": (31, 6)}
+    shapes |= {"task_error": (31,), "damping": (31,), "scale": (31,), "status": (31,)}
+    shapes |= {"lower": (31, 8), "upper": (31, 8), "health": (31, 8)}
+    assert {name: getattr(run, name).shape for name in shapes} == shapes
+    assert set(NAMES) == set(shapes)
+    assert set(run.joint_units) == {"rad", "m"}
+
+
+def test_a_saved_run_comes_back_whole(tmp_path):
+    run = small_run()
+    run.save(tmp_path / "run.nc")
+    assert_same(sr.Run.load(tmp_path / "run.nc"), run)
+
+
+def test_infinite_bounds_and_an_empty_run_come_back_too(tmp_path):
+    run = small_run(rate_limits=np.inf, law=sr.Pseudoinverse(), faults=())
+    empty = dataclasses.replace(run, **{name: getattr(run, name)[:0] for name in NAMES})
+    for k, one in enumerate((run, empty)):
+        one.save(tmp_path / f"{k}.nc")
+        assert_same(sr.Run.load(tmp_path / f"{k}.nc"), one)
+
+
+def test_the_file_says_what_its_numbers_are(tmp_path):
+    import xarray
+
+    small_run().save(str(tmp_path / "run.nc"))
+    with xarray.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as data:
+        assert all("units" in data[name].attrs and "long_name" in data[name].attrs for name in NAMES)
+        assert data["time"].dtype == float
+        assert data["rates"].dims == ("time", "joint")
+        assert data["rates"].attrs["units"] == "rad/s, m/s"
+        assert data["component"].values.tolist() == ["vx", "vy", "vz", "wx", "wy", "wz"]
+        assert data["health"].attrs["flag_meanings"] == "healthy locked derated runaway"
+        masks = dict(zip(data["status"].attrs["flag_meanings"].split(), data["status"].attrs["flag_masks"], strict=True))
+        assert masks["DAMPED"] == sr.Status.DAMPED
+        assert {"title", "law", "task", "faults", "integrator", "period", "duration", "source"} <= set(data.attrs)
+
+
+def test_one_joint_is_picked_by_name(tmp_path):
+    run = small_run()
+    data = run.to_xarray()
+    np.testing.assert_array_equal(data["rates"].sel(joint="j3"), run.rates[:, 2])
+
+
+def test_a_run_cannot_be_changed():
+    run = small_run()
+    with pytest.raises(ValueError, match="read-only"):
+        run.rates[0, 0] = 1.0
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        run.rates = run.q
+    with pytest.raises(TypeError):
+        run.attrs["law"] = "none"
+
+
+def test_a_run_survives_pickling():
+    run = small_run()
+    copy = pickle.loads(pickle.dumps(run))
+    assert_same(copy, run)
+    assert not copy.q.flags.writeable
+
+
+def test_arrays_that_do_not_fit_are_refused_by_name():
+    run = small_run()
+    with pytest.raises(sr.InputError, match=r"rates: got shape \(31, 7\), expected shape \(31, 8\)"):
+        dataclasses.replace(run, rates=run.rates[:, :7])
+
+
+def test_a_file_that_is_no_run_is_refused(tmp_path):
+    (tmp_path / "text.nc").write_text("not a netCDF file")
+    with pytest.raises(sr.InputError, match=r"text\.nc"):
+        sr.Run.load(tmp_path / "text.nc")
+    small_run().to_xarray().drop_vars(["damping", "health"]).to_netcdf(tmp_path / "part.nc", engine="h5netcdf")
+    with pytest.raises(sr.InputError, match="without damping, health"):
+        sr.Run.load(tmp_path / "part.nc")
+    with pytest.raises(FileNotFoundError, match=r"nothing\.nc"):
+        sr.Run.load(tmp_path / "nothing.nc")
+
+
+@pytest.mark.parametrize(
+    ("package", "call", "extra"),
+    [("h5py", "run.save('x.nc')", "netcdf"), ("xarray", "run.to_xarray()", "netcdf"), ("matplotlib", "run.plot()", "plot")],
+)
+def test_a_missing_package_is_answered_with_the_command_that_installs_it(package, call, extra):
+    code = (
+        f"import sys; sys.modules[{package!r}] = None\n"
+        "import numpy as np, stillreach as sr\n"
+        "twist = sr.Twist(np.zeros(6), 0.02)\n"
+        "run = sr.simulate(sr.Scenario(arm=sr.arms.planar(3), start=np.ones(3), motion=twist))\n"
+        f"try:\n    {call}\nexcept sr.errors.MissingExtraError as error:\n    print(error)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert f"pip install 'stillreach[{extra}]'" in done.stdout
+
+
+def test_a_plot_has_a_line_for_each_joint():
+    figure = small_run().plot()
+    angles, rates = figure.axes[:2]
+    assert [line.get_label() for line in angles.lines] == [f"j{k}" for k in range(1, 9)]
+    np.testing.assert_allclose(rates.lines[0].get_ydata(), np.rad2deg(small_run().rates[:, 0]))

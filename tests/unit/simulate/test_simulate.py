@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+
+import stillreach as sr
+from stillreach.simulate import simulate as function
+from tests.unit.simulate.scenarios import eight_joints, eight_joints_start, small_run, waving
+
+
+def scenario(**changes):
+    settings = {"motion": waving, "law": sr.Pseudoinverse(), "period": 0.01, "duration": 1.0}
+    return sr.Scenario(**{"arm": eight_joints(), "start": eight_joints_start(), **settings, **changes})
+
+
+def test_a_run_has_a_row_for_each_tick_and_one_at_the_final_state():
+    run = sr.simulate(scenario(period=0.1, duration=2.0))
+    assert len(run) == 21
+    np.testing.assert_array_equal(run.time, 0.1 * np.arange(21))
+
+
+@pytest.mark.parametrize(("period", "duration", "steps"), [(0.1, 0.3, 3), (0.3, 1.0, 3), (0.001, 1.0, 1000), (1 / 3, 1.0, 3), (0.5, 0.2, 0)])
+def test_the_last_tick_is_the_last_one_not_after_the_duration(period, duration, steps):
+    assert sr.simulate(scenario(period=period, duration=duration)).time[-1] == pytest.approx(steps * period)
+
+
+@pytest.mark.parametrize("integrator", ["euler", "rk4"])
+def test_each_row_says_what_was_true_at_its_tick(integrator):
+    run = sr.simulate(scenario(integrator=integrator))
+    arm = eight_joints()
+    np.testing.assert_allclose(run.pose, arm.forward(run.q), atol=1e-12)
+    made = np.einsum("tij,tj->ti", arm.jacobian(run.q), run.rates)
+    np.testing.assert_allclose(run.residual, run.command - made, atol=1e-12)
+    np.testing.assert_allclose(run.task_error, np.linalg.norm(run.residual, axis=1), atol=1e-12)
+
+
+def test_an_euler_step_holds_the_rates_until_the_next_tick():
+    run = sr.simulate(scenario())
+    np.testing.assert_allclose(np.diff(run.q, axis=0), 0.01 * run.rates[:-1], atol=1e-15)
+
+
+@pytest.mark.parametrize("integrator", ["euler", "rk4"])
+def test_the_size_of_the_chunks_changes_nothing(integrator, monkeypatch):
+    whole = small_run(integrator=integrator)
+    monkeypatch.setattr("sys.modules", {**__import__("sys").modules})
+    module = __import__("sys").modules["stillreach.simulate.simulate"]
+    monkeypatch.setattr(module, "FIRST_CHUNK", 1)
+    monkeypatch.setattr(module, "CHUNK_SECONDS", 0.0)
+    pieces = small_run(integrator=integrator)
+    for name in ("q", "rates", "pose", "residual", "damping", "status", "health", "lower", "upper"):
+        assert np.array_equal(getattr(whole, name), getattr(pieces, name)), name
+
+
+def test_the_same_scenario_gives_the_same_run():
+    assert np.array_equal(small_run().q, small_run().q)
+
+
+def test_no_rate_limit_is_said_so():
+    run = small_run(rate_limits=np.inf, law=sr.Pseudoinverse(), faults=())
+    assert np.all(np.isinf(run.upper))
+    assert run.attrs["rate_limits"] == "infinite: no rate limit"
+    assert small_run().attrs["rate_limits"] == "see lower and upper"
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"arm": "panda"}, "arm: got 'panda', expected an Arm"),
+        ({"start": np.zeros(7)}, "start: .*8 finite numbers"),
+        ({"start": [np.nan] * 8}, "start: got nan at index 0"),
+        ({"period": 0.0}, "period: .*above 0"),
+        ({"duration": -1.0}, "duration: .*above 0"),
+        ({"integrator": "rk45"}, "integrator: .*did you mean 'rk4'"),
+        ({"rate_limits": -1.0}, "rate_limits"),
+    ],
+)
+def test_a_wrong_setting_is_refused_by_name(changes, message):
+    with pytest.raises(sr.InputError, match=message):
+        sr.simulate(scenario(**changes))
+
+
+def test_a_bar_is_shown_on_request_and_not_without_a_terminal(capsys):
+    function(scenario(), progress=True)
+    assert "simulating" in capsys.readouterr().err
+    function(scenario())
+    assert capsys.readouterr().err == ""

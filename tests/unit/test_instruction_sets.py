@@ -1,0 +1,88 @@
+"""Two builds of one header live in one library; the linker must never swap one for the other.
+
+A function that both objects define as a weak symbol of one name is kept once, from either: an illegal instruction on
+a machine without AVX2, and nothing says so before it runs.
+"""
+
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+BUILD = ROOT / "build" / "cpp"
+X86_64 = platform.machine() in ("x86_64", "AMD64")
+AVX_ARITHMETIC = re.compile(r"\bv(?:add|mul|fn?m(?:add|sub)\d+)[sp]d\b|%ymm")
+OLD_MACHINE = ["qemu-x86_64", "-cpu", "Nehalem"]
+
+pytestmark = pytest.mark.skipif(not X86_64, reason="only x86-64 has two instruction sets")
+needs_qemu = pytest.mark.skipif(shutil.which(OLD_MACHINE[0]) is None, reason="apt-get install qemu-user")
+
+
+def run(*command: str | Path) -> str:
+    """Output of a command that must succeed."""
+    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    assert done.returncode == 0, f"{command} ended with {done.returncode}:\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def build() -> Path:
+    """The C++ build folder with kernels and tick test up to date: nothing to do after `make cpp-test`."""
+    run("cmake", "-S", ROOT, "-B", BUILD, "-G", "Ninja", "-DSTILLREACH_TESTS=ON")
+    run("cmake", "--build", BUILD, "--parallel", "2", "--target", "kernel_baseline", "kernel_avx2", "test_tick")
+    return BUILD
+
+
+def kernel_object(build: Path, name: str) -> Path:
+    return build / "CMakeFiles" / f"{name}.dir" / "bindings" / "kernel.cpp.o"
+
+
+def weak_symbols(path: Path) -> set[str]:
+    """Names that an object defines and leaves to the linker to merge; references to runtime support are data."""
+    lines = [line.split() for line in run("nm", "--defined-only", "--format=posix", path).splitlines()]
+    return {name for name, kind, *_ in lines if kind in "VWuvw" and not name.startswith("DW.ref.")}
+
+
+@pytest.mark.timeout(600)
+def test_the_two_kernels_share_no_weak_symbol(build: Path) -> None:
+    baseline, avx2 = (weak_symbols(kernel_object(build, name)) for name in ("kernel_baseline", "kernel_avx2"))
+    assert baseline & avx2 == set()
+
+
+@pytest.mark.timeout(600)
+def test_the_kernels_are_compiled_for_what_they_are_named_after(build: Path) -> None:
+    baseline, avx2 = (
+        run("objdump", "-d", "--no-show-raw-insn", kernel_object(build, name))
+        for name in ("kernel_baseline", "kernel_avx2")
+    )
+    assert AVX_ARITHMETIC.search(baseline) is None
+    assert AVX_ARITHMETIC.search(avx2)
+
+
+def test_a_shared_weak_symbol_is_seen(tmp_path: Path) -> None:
+    source = tmp_path / "inline.cpp"
+    source.write_text("inline __attribute__((noinline)) int f(int x) { return x; }\nint NAME(int x) { return f(x); }\n")
+    objects = []
+    for name in ("g", "h"):
+        objects.append(tmp_path / f"{name}.o")
+        run(os.environ.get("CXX", "c++"), "-O2", f"-DNAME={name}", "-c", source, "-o", objects[-1])
+    assert weak_symbols(objects[0]) & weak_symbols(objects[1]) == {"_Z1fi"}
+
+
+@needs_qemu
+@pytest.mark.timeout(600)
+def test_a_tick_runs_on_a_machine_without_avx(build: Path) -> None:
+    run(*OLD_MACHINE, build / "tests" / "cpp" / "test_tick")
+
+
+@needs_qemu
+def test_the_installed_core_falls_back_to_the_baseline() -> None:
+    program = "import stillreach._core as core; print(core.instruction_set())"
+    assert run(*OLD_MACHINE, sys.executable, "-c", program).strip() == "baseline"

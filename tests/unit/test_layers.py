@@ -1,0 +1,109 @@
+"""A layer imports earlier layers, never later ones; the order is that of ARCHITECTURE.md."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[2] / "src" / "stillreach"
+
+LAYERS = (
+    {"_core", "errors", "_door"},
+    {"arm"},
+    {"bounds", "faults", "task", "status", "weights"},
+    {"laws"},
+    {"control"},
+    {"simulate"},
+    {"tolerance"},
+    {"show"},
+    {"paper"},
+    {"cli", "__main__"},
+)
+RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names}
+PUBLIC_API = RANK["tolerance"]  # `import stillreach` brings in everything up to here
+ALLOWED = {("simulate", "plot", "show")}  # (layer, function, imported layer): run.plot() draws itself
+
+
+def imported_modules(node: ast.AST, module: tuple[str, ...], is_package: bool) -> Iterator[tuple[str, ...]]:
+    """Dotted names below `stillreach` that one statement imports; () is the package itself."""
+    if isinstance(node, ast.Import):
+        names = [alias.name for alias in node.names]
+    elif isinstance(node, ast.ImportFrom):
+        keep = len(module) - node.level + is_package
+        parts = ["stillreach", *module[:keep]] if node.level else []
+        base = ".".join([*parts, *filter(None, [node.module])])
+        names = [f"{base}.{alias.name}" for alias in node.names] if base == "stillreach" else [base]
+    else:
+        return
+    for name in names:
+        if name == "stillreach" or name.startswith("stillreach."):
+            yield tuple(name.split(".")[1:])
+
+
+def upward_imports(source: str, module: tuple[str, ...], is_package: bool = False) -> list[str]:
+    """The imports of one module, anywhere in it, that its layer may not have."""
+    layer = module[0]
+    found = []
+
+    def visit(node: ast.AST, function: str) -> None:
+        for name in imported_modules(node, module, is_package):
+            rank = RANK.get(name[0], PUBLIC_API) if name else PUBLIC_API
+            if rank > RANK[layer] and (layer, function, name[0] if name else "") not in ALLOWED:
+                found.append(f"{'.'.join(module)}:{node.lineno} imports {'.'.join(('stillreach', *name))}")
+        inner = node.name if isinstance(node, ast.FunctionDef) else function
+        for child in ast.iter_child_nodes(node):
+            visit(child, inner)
+
+    visit(ast.parse(source), "")
+    return found
+
+
+def modules() -> list[tuple[tuple[str, ...], Path]]:
+    """Every module of the package but its root `__init__`, which re-exports the public names of all layers."""
+    paths = sorted(path for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__init__.py")
+    return [(path.relative_to(PACKAGE).with_suffix("").parts, path) for path in paths]
+
+
+def test_every_module_belongs_to_a_layer() -> None:
+    assert {module[0] for module, _ in modules()} <= RANK.keys()
+
+
+def test_no_module_imports_a_later_layer() -> None:
+    upward = []
+    for module, path in modules():
+        is_package = module[-1] == "__init__"
+        name = module[:-1] if is_package else module
+        upward += upward_imports(path.read_text(encoding="utf-8"), name, is_package)
+    assert upward == []
+
+
+@pytest.mark.parametrize(
+    ("module", "statement"),
+    [
+        ("arm.joint", "from stillreach.bounds import Bounds"),
+        ("arm.joint", "from stillreach import laws"),
+        ("arm.joint", "from ..laws import LeastError"),
+        ("arm.joint", "import stillreach as sr"),
+        ("bounds", "from .control import Controller"),
+        ("laws.damping", "def solve():\n    import stillreach.simulate.run"),
+        ("simulate.run", "def save():\n    from stillreach.show import plots"),
+    ],
+)
+def test_an_upward_import_is_seen(module: str, statement: str) -> None:
+    assert len(upward_imports(statement, tuple(module.split(".")))) == 1
+
+
+@pytest.mark.parametrize(
+    ("module", "statement"),
+    [
+        ("laws.damping", "from stillreach.bounds import Bounds"),
+        ("laws.damping", "from ._door import vector"),
+        ("laws.damping", "from .._door import vector"),
+        ("laws.damping", "import numpy as np"),
+        ("simulate.run", "class Run:\n    def plot(self):\n        from stillreach.show.plots import plot_run"),
+        ("paper.claims", "import stillreach as sr"),
+    ],
+)
+def test_a_downward_import_is_allowed(module: str, statement: str) -> None:
+    assert upward_imports(statement, tuple(module.split("."))) == []
