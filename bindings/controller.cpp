@@ -54,7 +54,7 @@ static void make_controller(Controller* self, const Arm& arm, const Law& law, co
   s.track_gain = track_gain, s.track_linear = track_linear, s.track_angular = track_angular;
   s.null_kind = stillreach::NULL_NONE, s.null_largest = std::numeric_limits<double>::infinity();
 
-  c.numbers.assign(30 * static_cast<std::size_t>(n), 0.0), c.bytes.assign(4 * static_cast<std::size_t>(n), 0);
+  c.numbers.assign(30 * static_cast<std::size_t>(n) + 2, 0.0), c.bytes.assign(4 * static_cast<std::size_t>(n), 0);
   double* at = c.numbers.data();
   const auto take = [&](int times) { double* p = at; at += static_cast<std::size_t>(times) * n; return p; };
   const auto copy = [&](const char* name, nb::handle from) {
@@ -66,7 +66,11 @@ static void make_controller(Controller* self, const Arm& arm, const Law& law, co
   s.position_lower = copy("position_limits", position_lower), s.position_upper = copy("position_limits", position_upper);
   s.acceleration = copy("acceleration_limits", acceleration);
   s.null_vector = take(1), s.fault_value = take(1), s.last = take(1), s.lower = take(1), s.upper = take(1), s.reference = take(1);
-  s.jacobian = take(6), s.task_jacobian = s.every_row ? s.jacobian : take(6), s.scratch = take(6);
+  s.task_jacobian = s.every_row ? nullptr : take(6), s.scratch = take(8), s.jacobian = take(6);  // last: it writes two numbers more
+  if (s.every_row) s.task_jacobian = s.jacobian;
+  s.constant_bounds = 1;
+  for (int i = 0; i < n; ++i)
+    s.constant_bounds &= std::isinf(s.position_lower[i]) && std::isinf(s.position_upper[i]) && std::isinf(s.acceleration[i]);
   s.health = c.bytes.data(), s.active = s.health + n, s.lower_reason = s.active + n, s.upper_reason = s.lower_reason + n;
   c.rates.assign(n, 0.0), c.residual.assign(6, 0.0), c.active.assign(n, 0);
   c.answer.rates = c.rates.data(), c.answer.residual = c.residual.data(), c.answer.active = c.active.data();
@@ -176,6 +180,7 @@ static nb::object bind(nb::handle self, nb::handle q, nb::handle twist, nb::hand
 static void set_health(Controller& c, int joint, int health, double value) {
   c.state.health[joint] = static_cast<std::int8_t>(health);
   c.state.fault_value[joint] = value;
+  c.state.bounds_stand = 0;
   if (c.state.transition_rate > 0.0) c.state.transition = 1.0;
 }
 
@@ -185,6 +190,7 @@ static void reset(Controller& c, nb::handle rates) {
   else
     read_vector("rates", rates, c.n(), c.state.last);
   std::memset(c.state.active, 0, c.n());
+  std::memset(c.state.plane, 0, sizeof c.state.plane);
   c.state.transition = 0.0;
 }
 

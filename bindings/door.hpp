@@ -94,7 +94,7 @@ inline void read_vector(const char* argument, nb::handle object, long length, do
   if (readable(view, object, length)) {
     for (long i = 0; i < length; ++i) to[i] = view.data()[i];
   } else {
-    const nb::object array = nb::module_::import_("stillreach._door").attr("vector")(argument, object, length, nb::arg("allow_inf") = !finite);
+    const nb::object array = nb::module_::import_("stillreach._door").attr("vector")(argument, object, length, nb::arg("allow_inf") = !finite, nb::arg("one_for_all") = false);
     View converted = strict(argument, array, {length}, false);
     for (long i = 0; i < length; ++i) to[i] = converted.data()[i];
   }

@@ -1,6 +1,6 @@
 #include "settings.hpp"
 
-static Metric make_metric(int m, int n, nb::handle rows, nb::handle columns, nb::handle joints) {
+static Metric make_metric(int m, int n, nb::handle rows, nb::handle units, nb::handle columns, nb::handle joints) {
   auto data = std::make_shared<MetricData>();
   data->m = m, data->n = n;
   const auto copy = [](const char* name, nb::handle from, std::initializer_list<long> shape, std::vector<double>& to) {
@@ -11,9 +11,10 @@ static Metric make_metric(int m, int n, nb::handle rows, nb::handle columns, nb:
     to.assign(view.data(), view.data() + count);
   };
   copy("rows", rows, {m, m}, data->rows);
+  copy("units", units, {n}, data->units);
   copy("columns", columns, {n}, data->columns);
   copy("joints", joints, {n, n}, data->joints);
-  if (!data->joints.empty() && data->columns.empty()) data->columns.assign(n, 1.0);
+  if (!data->joints.empty() && data->units.empty()) data->units.assign(n, 1.0);
   return {std::move(data)};
 }
 
@@ -27,9 +28,9 @@ void bind_settings(nb::module_& m) {
            nb::arg("rank_tolerance") = 1e-10, nb::arg("max_gain") = 0.0);
   nb::class_<Metric>(m, "Metric", "Units and weights of m task rows and n joints.")
       .def("__init__",
-           [](Metric* self, int rows_count, int n, nb::handle rows, nb::handle columns, nb::handle joints) {
-             new (self) Metric(make_metric(rows_count, n, rows, columns, joints));
+           [](Metric* self, int rows_count, int n, nb::handle rows, nb::handle units, nb::handle columns, nb::handle joints) {
+             new (self) Metric(make_metric(rows_count, n, rows, units, columns, joints));
            },
-           nb::arg("m"), nb::arg("n"), nb::kw_only(), nb::arg("rows").none() = nb::none(), nb::arg("columns").none() = nb::none(),
-           nb::arg("joints").none() = nb::none());
+           nb::arg("m"), nb::arg("n"), nb::kw_only(), nb::arg("rows").none() = nb::none(), nb::arg("units").none() = nb::none(),
+           nb::arg("columns").none() = nb::none(), nb::arg("joints").none() = nb::none());
 }

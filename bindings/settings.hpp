@@ -14,9 +14,10 @@ struct Law {
 // Units and weights of m task rows and n joints; shared by every answer that used them.
 struct MetricData {
   int m, n;
-  std::vector<double> rows, columns, joints;
+  std::vector<double> rows, units, columns, joints;
   stillreach::Metric view() const {
-    return {rows.empty() ? nullptr : rows.data(), columns.empty() ? nullptr : columns.data(), joints.empty() ? nullptr : joints.data()};
+    const auto at = [](const std::vector<double>& v) { return v.empty() ? nullptr : v.data(); };
+    return {at(rows), at(units), at(columns), at(joints)};
   }
 };
 

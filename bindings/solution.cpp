@@ -42,7 +42,7 @@ static nb::object weighted_out(const Solution& s) {
 void bind_solution(nb::module_& m) {
   const auto call = [](const char* name) {
     return [name](nb::handle self, nb::args args, nb::kwargs kwargs) {
-      return nb::module_::import_("stillreach.laws.insight").attr(name)(self, *args, **kwargs);
+      return nb::module_::import_("stillreach.insight").attr(name)(self, *args, **kwargs);
     };
   };
   using Array = nb::object;
@@ -77,8 +77,8 @@ void bind_solution(nb::module_& m) {
       .def("weak_directions", call("weak_directions"),
            nb::sig("def weak_directions(self, threshold: float) -> numpy.typing.NDArray[numpy.float64]"),
            "(m, weak) unit twists whose gain falls below the threshold, weakest first; lost ones are among them.")
-      .def("check", call("check"), nb::sig("def check(self) -> stillreach.laws.insight.Check"),
+      .def("check", call("check"), nb::sig("def check(self) -> stillreach.insight.Check"),
            "Recomputes every promise from the data of this answer.")
-      .def("__repr__", [](nb::handle self) { return nb::module_::import_("stillreach.laws.insight").attr("text")(self); });
+      .def("__repr__", [](nb::handle self) { return nb::module_::import_("stillreach.insight").attr("text")(self); });
 #undef STILLREACH_ARRAY
 }

@@ -11,11 +11,13 @@ STILLREACH_BEGIN
 
 constexpr int kMaxReleases = 4;
 constexpr double kInside = 1e-12;   // relative slack of a free variable at its bound
+constexpr double kRounding = 4e-15; // relative error that a residual may have
 constexpr double kDescent = 1e-13;  // relative change of an objective that counts
 
 struct Box {
   int k;
-  const double* columns;  // k columns of m
+  const double* columns;  // k columns, kStride apart
+  const double* length;   // k: their lengths
   const double* lower;    // k, of z
   const double* upper;    // k
   double kappa;
@@ -26,13 +28,13 @@ struct Box {
   double* z;              // k: the answer
   std::int8_t* state;     // k: -1 at lower, 1 at upper, 0 free; in: where to start
   double* target;         // k
-  double* work;           // 6 k
+  double* work;           // 7 k
   int* index;             // k
   int* releases;          // k
   int iterations;         // factorisations
   bool capped;            // the bound on the steps was met
-  double residual[kRows]; // b - A z
-  double dual[kRows];     // of the free variables: (W z)_i = a_i . dual
+  double residual[kStride]; // b - A z
+  double dual[kStride];   // of the free variables: (W z)_i = a_i . dual
 };
 
 // (W z)_i.
@@ -50,8 +52,8 @@ struct Objective {
 
 template <int M>
 inline Objective objective(Rows<M> m, const Box& b, const double* rhs, const double* z) {
-  double e[kRows];
-  residual_of(m, b.columns, nullptr, b.k, rhs, z, e);
+  double e[kStride];
+  residual_of(b.columns, nullptr, b.k, rhs, z, e);
   Objective o{dot(m, e, e), 0.0};
   for (int i = 0; i < b.k; ++i) o.norm = madd(z[i], weighted(b, z, i), o.norm);
   if (b.kappa > 0.0) o.error = madd(b.kappa, o.norm, o.error), o.norm = 0.0;
@@ -71,16 +73,16 @@ inline void solve_free_weighted(Rows<M> m, Box& b, double* rest, int free, Inner
   factor_weight(b.k, b.weight, b.index, free, b.triangle);
   for (int j = 0; j < free; ++j) {
     const int i = b.index[j];
-    for (int r = 0; r < m(); ++r) b.whitened[j * m() + r] = b.columns[i * m() + r];
+    for (int r = 0; r < kStride; ++r) b.whitened[j * kStride + r] = b.columns[i * kStride + r];
     pull[j] = 0.0;
     for (int f = 0; f < b.k; ++f)
       if (b.state[f] != 0) pull[j] = madd(-b.weight[i * b.k + f], b.z[f], pull[j]);
   }
-  solve_triangle(free, b.triangle, false, m(), b.whitened);
+  solve_triangle(free, b.triangle, false, kStride, b.whitened);
   solve_triangle(free, b.triangle, false, 1, pull);
   for (int j = 0; j < free; ++j)
-    for (int r = 0; r < m(); ++r) rest[r] = madd(-b.whitened[j * m() + r], pull[j], rest[r]);
-  double* z = b.work;  // the QR needs the first m * free numbers of it only while it runs
+    for (int r = 0; r < m(); ++r) rest[r] = madd(-b.whitened[j * kStride + r], pull[j], rest[r]);
+  double* z = b.work + kRows * b.k;  // behind what the QR needs
   solve_inner(m, b.whitened, nullptr, free, rest, b.kappa, b.threshold, b.work, z, in);
   for (int j = 0; j < free; ++j) b.target[j] = pull[j] + z[j];
   solve_triangle(free, b.triangle, true, 1, b.target);
@@ -89,17 +91,19 @@ inline void solve_free_weighted(Rows<M> m, Box& b, double* rest, int free, Inner
 // Solves for the free variables; target[j] belongs to index[j].
 template <int M>
 inline int solve_free(Rows<M> m, Box& b, const double* rhs, Inner& in) {
-  double rest[kRows];
+  double rest[kStride];
   int free = 0;
-  for (int r = 0; r < m(); ++r) rest[r] = rhs[r];
+  Pack low = load(rhs), high = load(rhs + 4);
   for (int i = 0; i < b.k; ++i) {
     if (b.state[i] == 0) {
       b.index[free++] = i;
     } else if (b.z[i] != 0.0) {
-      const double* a = b.columns + i * m();
-      for (int r = 0; r < m(); ++r) rest[r] = madd(-a[r], b.z[i], rest[r]);
+      const double* a = b.columns + i * kStride;
+      const Pack t = broadcast(-b.z[i]);
+      low = madd(load(a), t, low), high = madd(load(a + 4), t, high);
     }
   }
+  store(rest, low), store(rest + 4, high);
   if (free > 0) {
     if (b.weight)
       solve_free_weighted(m, b, rest, free, in);
@@ -107,7 +111,7 @@ inline int solve_free(Rows<M> m, Box& b, const double* rhs, Inner& in) {
       solve_inner(m, b.columns, b.index, free, rest, b.kappa, b.threshold, b.work, b.target, in);
     ++b.iterations;
   } else {
-    for (int r = 0; r < m(); ++r)
+    for (int r = 0; r < kStride; ++r)
       in.residual[r] = rest[r], in.dual[r] = b.kappa > 0.0 ? rest[r] / b.kappa : 0.0;
   }
   return free;
@@ -167,36 +171,37 @@ inline void advance(Rows<M> m, Box& b, const double* rhs, int free, bool first, 
 
 // The fixed variable whose release lowers the objective most, or -1. wanted: one was wanted that may not move again.
 template <int M>
-inline int choose_release(Rows<M> m, const Box& b, const Inner& in, double size, bool& wanted) {
-  const bool consistent = b.kappa == 0.0 && square_root(dot(m, in.residual, in.residual)) <= 1e-13 * size;
+inline int choose_release(Rows<M> m, const Box& b, const Inner& in, double rhs_size, bool& wanted) {
+  double size = rhs_size;  // residuals are known to a rounding error of this
+  for (int i = 0; i < b.k; ++i) size = larger(size, magnitude(b.z[i]) * b.length[i]);
+  const bool damped = b.kappa > 0.0, consistent = dot(m, in.residual, in.residual) <= kRounding * kRounding * size * size;
+  const double dual_size = square_root(dot(m, in.dual, in.dual));
   int first = -1, second = -1;
   double first_gain = 0.0, second_gain = 0.0;
   wanted = false;
   for (int i = 0; i < b.k; ++i) {
     if (b.state[i] == 0) continue;
-    const double* a = b.columns + i * m();
-    const double length = square_root(dot(m, a, a)), side = b.state[i], z = weighted(b, b.z, i);
-    // > 0: moving off the bound, into the box, pays
-    const double primary = b.kappa > 0.0 ? side * b.kappa * (z - dot(m, a, in.dual)) : consistent ? 0.0 : -side * dot(m, a, in.residual);
-    const double noise = b.kappa > 0.0 ? 1e-13 * b.kappa * (magnitude(z) + length * square_root(dot(m, in.dual, in.dual)))
-                                       : 1e-13 * length * size;
-    if (magnitude(primary) > noise || b.kappa > 0.0) {
-      if (primary > noise) {
-        if (b.releases[i] >= kMaxReleases)
-          wanted = true;
-        else if (primary > first_gain * length)
-          first = i, first_gain = primary / length;
-      }
+    const double* a = b.columns + i * kStride;
+    const double side = b.state[i];
+    // Moving off the bound, into the box, pays where this is above 0: in the task error, unless that has no say here,
+    const double primary = damped || consistent ? 0.0 : -side * dot(m, a, in.residual);
+    const double length = b.length[i], noise = kRounding * length * size;
+    if (magnitude(primary) > noise) {
+      if (primary < 0.0) continue;
+      if (b.releases[i] >= kMaxReleases)
+        wanted |= primary > 100.0 * noise;
+      else if (primary > first_gain * length)
+        first = i, first_gain = primary / length;
       continue;
     }
-    const double secondary = side * (z - dot(m, a, in.dual));
-    const double slack = 1e-12 * (magnitude(z) + length * square_root(dot(m, in.dual, in.dual)));
-    if (secondary > slack) {
-      if (b.releases[i] >= kMaxReleases)
-        wanted = true;
-      else if (secondary > second_gain)
-        second = i, second_gain = secondary;
-    }
+    // or in the norm (with damping in the sum of both, which has the same form).
+    const double z = weighted(b, b.z, i), secondary = side * (z - dot(m, a, in.dual));
+    const double slack = 1e-12 * (magnitude(z) + length * dual_size);
+    if (!(secondary > slack)) continue;
+    if (b.releases[i] >= kMaxReleases)
+      wanted |= secondary > 100.0 * slack;
+    else if (secondary > second_gain)
+      second = i, second_gain = secondary;
   }
   return first >= 0 ? first : second;
 }
@@ -210,10 +215,7 @@ inline void solve_box(Rows<M> m, const double* rhs, Box& b, Inner& in, bool solv
     if (b.state[i] > 0 && !(b.upper[i] < infinity())) b.state[i] = 0;
     if (b.state[i] < 0 && !(b.lower[i] > -infinity())) b.state[i] = 0;
     b.z[i] = b.state[i] > 0 ? b.upper[i] : b.state[i] < 0 ? b.lower[i] : clamp(0.0, b.lower[i], b.upper[i]);
-    if (b.state[i] != 0) {
-      const double* a = b.columns + i * m();
-      size = larger(size, magnitude(b.z[i]) * square_root(dot(m, a, a)));
-    }
+    if (b.state[i] != 0) size = larger(size, magnitude(b.z[i]) * b.length[i]);
   }
   const double noise = 1e-28 * size * size;
   Objective now{infinity(), infinity()};
@@ -233,7 +235,7 @@ inline void solve_box(Rows<M> m, const double* rhs, Box& b, Inner& in, bool solv
       const int i = b.index[j];
       b.z[i] = clamp(b.target[j], b.lower[i], b.upper[i]);
     }
-    for (int r = 0; r < m(); ++r) b.residual[r] = in.residual[r], b.dual[r] = in.dual[r];
+    for (int r = 0; r < kStride; ++r) b.residual[r] = in.residual[r], b.dual[r] = in.dual[r];
     bool wanted;
     const int release = choose_release(m, b, in, size, wanted);
     if (release < 0) {
@@ -245,7 +247,7 @@ inline void solve_box(Rows<M> m, const double* rhs, Box& b, Inner& in, bool solv
     b.state[release] = 0;
   }
   b.capped = true;
-  residual_of(m, b.columns, nullptr, b.k, rhs, b.z, b.residual);
+  residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
 }
 
 STILLREACH_END

@@ -54,16 +54,19 @@ inline void brake(ControllerState& c, const double* q, Answer& out) {
 // loop on, or null.
 inline void evaluate(ControllerState& c, const double* q, const double* twist, const double* target, Workspace& w, Answer& out) {
   const int n = c.arm.n;
-  bool finite = true;
-  for (int i = 0; i < n; ++i) finite &= is_finite(q[i]);
-  for (int r = 0; r < 6; ++r) finite &= is_finite(twist[r]);
+  double doubt = 0.0;  // a - a is 0 for numbers and NaN for everything else
+  for (int i = 0; i < n; ++i) doubt += q[i] - q[i];
+  for (int r = 0; r < 6; ++r) doubt += twist[r] - twist[r];
   if (target)
-    for (int r = 0; r < 12; ++r) finite &= is_finite(target[r]);
-  for (int i = 0; i < n; ++i) out.active[i] = c.active[i];
-  if (finite) {
+    for (int r = 0; r < 12; ++r) doubt += target[r] - target[r];
+  __builtin_memcpy(out.active, c.active, n);
+  out.plane = c.plane;
+  if (doubt == 0.0) {
     kinematics(c.arm, q, c.scratch, c.pose, c.jacobian);
     bool kept = true;
-    for (int i = 0; i < n; ++i) kept &= joint_bounds(c, i, q[i]);
+    if (!c.bounds_stand)
+      for (int i = 0; i < n; ++i) kept &= joint_bounds(c, i, q[i]);
+    c.bounds_stand = c.constant_bounds;
     for (int r = 0; r < 6; ++r) c.command[r] = twist[r];
     if (target) add_correction(target, c.pose, c.track_gain, c.track_linear, c.track_angular, c.command);
     if (c.every_row) {
@@ -87,7 +90,8 @@ inline void evaluate(ControllerState& c, const double* q, const double* twist, c
 
 // Remembers what was commanded: the base of acceleration limits, warm starts and transitions.
 inline void commit(ControllerState& c, const double* rates, const std::int8_t* active) {
-  for (int i = 0; i < c.arm.n; ++i) c.last[i] = rates[i], c.active[i] = active[i];
+  __builtin_memcpy(c.last, rates, sizeof(double) * c.arm.n);
+  __builtin_memcpy(c.active, active, c.arm.n);
   c.transition = c.transition > 0.0 ? larger(c.transition - c.period * c.transition_rate, 0.0) : 0.0;
 }
 

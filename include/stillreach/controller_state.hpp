@@ -16,6 +16,7 @@ struct ControllerState {
   int rows[6];             // which of [v; w]
   int tool_axes;           // rows are taken along the tool's axes instead of the base's
   int every_row;           // six rows along base axes: no selection needed
+  int constant_bounds;     // no position or acceleration limits: bounds change with faults only
   double period;           // [s]
   const double* rate_lower;         // n each
   const double* rate_upper;
@@ -39,10 +40,12 @@ struct ControllerState {
   // what happened
   double* last;            // n: last commanded rates
   std::int8_t* active;     // n: bounds active a tick ago, as in Answer::active
+  int bounds_stand;        // with constant_bounds: they are computed and no fault came since
+  double plane[6];         // KeepDirection's supporting plane a tick ago
   double transition;       // 1 just after a fault, falls to 0
 
   // this tick
-  double* jacobian;        // 6 n, all rows, base axes
+  double* jacobian;        // 6 n + 2, all rows, base axes
   double* task_jacobian;   // m n: the selected rows (the same memory as `jacobian` when every_row)
   double* lower;           // n
   double* upper;           // n

@@ -1,6 +1,6 @@
-// Damping factors for the singularity-robust law. Joint rates relative to their limits are u_i(kappa) = offset_i +
-// sum_j shape_ij beta_j / (sigma_j^2 + kappa): everything here is a function of the shapes (k x rank, row-major, 6 apart),
-// beta and sigma^2.
+// Damping factors for the singularity-robust law. Joint rates relative to their limits are u_i(kappa) = limit_i (offset_i +
+// sum_j shape_ij beta_j / (sigma_j^2 + kappa)), with limit_i the reciprocal of the joint's bound (0: none): everything here
+// is a function of the shapes (k x rank, row-major, 6 apart), beta, sigma^2, limits and offsets.
 #pragma once
 
 #include "spectrum.hpp"
@@ -12,6 +12,7 @@ constexpr int kDampingSteps = 100;
 struct DampingSearch {
   int k, rank;
   const double* shapes;  // k x 6
+  const double* limit;   // k
   const double* offset;  // k or null
   double beta[kRows], square[kRows];
 };
@@ -47,8 +48,8 @@ inline double step_inf(const DampingSearch& d, double kappa) {
   for (int i = 0; i < d.k; ++i) {
     const double* row = d.shapes + 6 * i;
     double a[kRows], u = 0.0;
-    for (int j = 0; j < d.rank; ++j) a[j] = row[j] * d.beta[j], u = madd(a[j], inverse[j], u);
-    const double offset = d.offset ? d.offset[i] : 0.0, sign = u + offset < 0.0 ? -1.0 : 1.0;
+    for (int j = 0; j < d.rank; ++j) a[j] = row[j] * d.beta[j] * d.limit[i], u = madd(a[j], inverse[j], u);
+    const double offset = d.offset ? d.offset[i] * d.limit[i] : 0.0, sign = u + offset < 0.0 ? -1.0 : 1.0;
     const double limit = 1.0 - sign * offset;
     if (!(sign * u > limit * (1.0 + 1e-13)) || !(limit > 0.0)) continue;
     if (sign < 0.0)
@@ -65,11 +66,11 @@ inline double step_2(const DampingSearch& d, double kappa) {
   reciprocals(d, kappa, inverse);
   for (int i = 0; i < d.k; ++i) {
     const double* row = d.shapes + 6 * i;
-    double u = d.offset ? d.offset[i] : 0.0;
-    for (int j = 0; j < d.rank; ++j) u = madd(row[j] * d.beta[j], inverse[j], u);
-    square = madd(u, u, square);
-    if (d.offset) offset = madd(u, d.offset[i], offset);
-    for (int j = 0; j < d.rank; ++j) a[j] = madd(u, row[j] * d.beta[j], a[j]);
+    const double fixed = d.offset ? d.offset[i] * d.limit[i] : 0.0;
+    double u = fixed;
+    for (int j = 0; j < d.rank; ++j) u = madd(row[j] * d.beta[j] * d.limit[i], inverse[j], u);
+    square = madd(u, u, square), offset = madd(u, fixed, offset);
+    for (int j = 0; j < d.rank; ++j) a[j] = madd(u, row[j] * d.beta[j] * d.limit[i], a[j]);
   }
   const double norm = square_root(square);
   if (!(norm > 1.0 + 1e-13)) return 0.0;
@@ -84,8 +85,8 @@ inline double safe_side(const DampingSearch& d, int norm, double kappa) {
     double worst = 0.0, sum = 0.0;
     for (int i = 0; i < d.k; ++i) {
       double u = 0.0;
-      for (int j = 0; j < d.rank; ++j) u += magnitude(d.shapes[6 * i + j] * d.beta[j]) / (d.square[j] + kappa);
-      const double room = larger(1.0 - (d.offset ? magnitude(d.offset[i]) : 0.0), 1e-3);
+      for (int j = 0; j < d.rank; ++j) u += magnitude(d.shapes[6 * i + j] * d.beta[j]) * d.limit[i] / (d.square[j] + kappa);
+      const double room = larger(1.0 - (d.offset ? magnitude(d.offset[i]) * d.limit[i] : 0.0), 1e-3);
       worst = larger(worst, u / room), sum = madd(u / room, u / room, sum);
     }
     if ((norm == NORM_2 ? square_root(sum) : worst) <= 1.0) break;
@@ -114,18 +115,18 @@ inline double closed_form_damping(const DampingSearch& d, int norm) {
   if (norm == NORM_INF) {
     for (int i = 0; i < d.k; ++i) {
       double sum = 0.0;
-      for (int j = 0; j < d.rank; ++j) sum += magnitude(d.shapes[6 * i + j]) / square_root(d.square[j]);
+      for (int j = 0; j < d.rank; ++j) sum += magnitude(d.shapes[6 * i + j]) * d.limit[i] / square_root(d.square[j]);
       left = larger(left, sum);
     }
     for (int j = 0; j < d.rank; ++j) right = larger(right, magnitude(d.beta[j]));
     return 0.25 * left * left * right * right;
   }
-  double product[kRows][kRows] = {};  // (shapes / sigma)' (shapes / sigma); its largest eigenvalue is |V|_2^2
+  double product[kRows][kStride] = {};  // (shapes / sigma)' (shapes / sigma); its largest eigenvalue is |V|_2^2
   for (int i = 0; i < d.k; ++i)
     for (int a = 0; a < d.rank; ++a)
       for (int b = 0; b < d.rank; ++b)
-        product[a][b] += d.shapes[6 * i + a] / square_root(d.square[a]) * (d.shapes[6 * i + b] / square_root(d.square[b]));
-  jacobi(d.rank, d.rank, product);  // symmetric: its singular values are its eigenvalues
+        product[a][b] += d.shapes[6 * i + a] * d.limit[i] / square_root(d.square[a]) * (d.shapes[6 * i + b] * d.limit[i] / square_root(d.square[b]));
+  jacobi(d.rank, product, nullptr);  // symmetric: its singular values are its eigenvalues
   for (int a = 0; a < d.rank; ++a) {
     double sum = 0.0;
     for (int b = 0; b < d.rank; ++b) sum = madd(product[a][b], product[a][b], sum);

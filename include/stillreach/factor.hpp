@@ -9,9 +9,10 @@
 
 STILLREACH_BEGIN
 
-constexpr int kRows = 6;                       // most rows of a task
-constexpr double kSafeCondition = 1e5;         // of the Gram matrix: answers right to about 1e-11
-constexpr double kSafeDampedCondition = 1e7;
+constexpr int kRows = 6;                   // most rows of a task
+constexpr int kStride = 8;                 // columns are kStride apart and end in zeros, so that they are whole packs
+constexpr double kPlainCondition = 1e4;    // of a Gram matrix: the answer is right to about 1e-12 as it is,
+constexpr double kRefinedCondition = 1e9;  // and to the same after one step of refinement
 
 // Number of rows, known to the compiler where M > 0.
 template <int M>
@@ -21,34 +22,37 @@ struct Rows {
 };
 
 struct Factor {
-  double gram[kRows][kRows];     // lower triangle
+  double gram[kRows][kStride];   // lower triangle
   double lower[kRows][kRows];    // unit lower triangular L: strictly lower part
   double inverse[kRows][kRows];  // of L, likewise
   double pivot_inverse[kRows];
   double trace, inverse_trace;
 };
 
-// G = sum of a a' + kappa I over the columns a of `columns` (count of them, m apart), added up in the order given by
-// `index` (null: 0, 1, 2, ...).
+// G = sum of a a' + kappa I over the columns a of `columns` (count of them), added up in the order given by `index`
+// (null: 0, 1, 2, ...).
 template <int M>
 STILLREACH_INLINE void gram(Rows<M> m, const double* columns, const int* index, int count, double kappa, Factor& f) {
-  double g[kRows * (kRows + 1) / 2];
-  const int size = m() * (m() + 1) / 2;
-  for (int e = 0; e < size; ++e) g[e] = 0.0;
+  Pack low[kRows] = {}, high[kRows] = {};  // columns 0 to 3, and 4 to 7, of each row of G
   for (int i = 0; i < count; ++i) {
-    const double* a = columns + (index ? index[i] : i) * m();
-    int e = 0;
-    for (int r = 0; r < m(); ++r)
-      for (int c = 0; c <= r; ++c, ++e) g[e] = madd(a[r], a[c], g[e]);
+    const double* a = columns + (index ? index[i] : i) * kStride;
+    const Pack a_low = load(a), a_high = load(a + 4);
+    for (int r = 0; r < m(); ++r) {
+      const Pack b = broadcast(a[r]);
+      low[r] = madd(b, a_low, low[r]);
+      if (r >= 4) high[r] = madd(b, a_high, high[r]);
+    }
   }
-  int e = 0;
-  for (int r = 0; r < m(); ++r)
-    for (int c = 0; c <= r; ++c, ++e) f.gram[r][c] = r == c ? g[e] + kappa : g[e];
+  for (int r = 0; r < m(); ++r) {
+    store(f.gram[r], low[r]);
+    store(f.gram[r] + 4, high[r]);
+    f.gram[r][r] += kappa;
+  }
 }
 
-// Factors f.gram; true where its condition number is proven to be at most `safe` (never for NaN).
+// Factors f.gram. Returns a proven upper bound of its condition number, infinity where it is not positive (or not a number).
 template <int M>
-STILLREACH_INLINE bool factor(Rows<M> m, Factor& f, double safe) {
+STILLREACH_INLINE double factor(Rows<M> m, Factor& f) {
   double w[kRows][kRows];
   auto& l = f.lower;
   f.trace = 0.0, f.inverse_trace = 0.0;
@@ -74,7 +78,8 @@ STILLREACH_INLINE bool factor(Rows<M> m, Factor& f, double safe) {
     }
     f.inverse_trace += sum;
   }
-  return positive && f.trace * f.inverse_trace <= safe;
+  const double condition = f.trace * f.inverse_trace;
+  return positive && condition < infinity() ? condition : infinity();
 }
 
 // x = G^-1 b: two products with the inverse triangle. x and b may be the same.

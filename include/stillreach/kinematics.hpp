@@ -6,59 +6,48 @@
 
 STILLREACH_BEGIN
 
-// Pose of the tool (12 numbers: rotation by columns, translation) and, unless null, the Jacobian: column i at
-// jacobian + 6 i is [v; w] of the tool point along base axes (Whitney, 1969). sine, cosine: of each joint's angle.
-// T is double, or Pack for four independent problems of the same arm.
-template <class T>
-STILLREACH_INLINE void kinematics(const ArmView& arm, const T* q, const T* sine, const T* cosine, T* pose, T* jacobian) {
-  const T zero = {}, one = zero + 1.0;
-  T x[3] = {one, zero, zero}, y[3] = {zero, one, zero}, z[3] = {zero, zero, one}, p[3] = {zero, zero, zero};
-  for (int i = 0; i <= arm.n; ++i) {
-    const double* f = arm.placements + 12 * i;
-    T nx[3], ny[3];
-    for (int r = 0; r < 3; ++r) {
-      const T a = x[r], b = y[r], c = z[r];
-      nx[r] = madd(a, zero + f[0], madd(b, zero + f[1], c * f[2]));
-      ny[r] = madd(a, zero + f[3], madd(b, zero + f[4], c * f[5]));
-      z[r] = madd(a, zero + f[6], madd(b, zero + f[7], c * f[8]));
-      p[r] = madd(a, zero + f[9], madd(b, zero + f[10], madd(c, zero + f[11], p[r])));
-    }
-    if (i == arm.n) {
-      for (int r = 0; r < 3; ++r) x[r] = nx[r], y[r] = ny[r];
-      break;
-    }
-    if (arm.kinds[i] == REVOLUTE) {
-      for (int r = 0; r < 3; ++r) {
-        x[r] = madd(cosine[i], nx[r], sine[i] * ny[r]);
-        y[r] = madd(cosine[i], ny[r], -(sine[i] * nx[r]));
-      }
-    } else {
-      for (int r = 0; r < 3; ++r) x[r] = nx[r], y[r] = ny[r], p[r] = madd(q[i], z[r], p[r]);
-    }
-    if (jacobian)
-      for (int r = 0; r < 3; ++r) jacobian[6 * i + r] = p[r], jacobian[6 * i + 3 + r] = z[r];
-  }
-  for (int r = 0; r < 3; ++r) pose[r] = x[r], pose[3 + r] = y[r], pose[6 + r] = z[r], pose[9 + r] = p[r];
-  if (!jacobian) return;
-  for (int i = 0; i < arm.n; ++i) {
-    T* column = jacobian + 6 * i;
-    const T w[3] = {column[3], column[4], column[5]};
-    if (arm.kinds[i] == REVOLUTE) {
-      const T d[3] = {p[0] - column[0], p[1] - column[1], p[2] - column[2]};
-      for (int r = 0; r < 3; ++r) {
-        const int s = (r + 1) % 3, t = (r + 2) % 3;
-        column[r] = madd(w[s], d[t], -(w[t] * d[s]));
-      }
-    } else {
-      for (int r = 0; r < 3; ++r) column[r] = w[r], column[3 + r] = zero;
-    }
-  }
+STILLREACH_INLINE Pack cross(Pack a, Pack b) {
+  const Mask yzx = {1, 2, 0, 3}, zxy = {2, 0, 1, 3};
+  return madd(__builtin_shuffle(a, yzx), __builtin_shuffle(b, zxy), -(__builtin_shuffle(a, zxy) * __builtin_shuffle(b, yzx)));
 }
 
-// One configuration; scratch: 2 n numbers.
+// Pose of the tool (12 numbers: rotation by columns, translation) and, unless null, the Jacobian: column i at
+// jacobian + 6 i is [v; w] of the tool point along base axes (Whitney, 1969); one number more than 6 n is written.
+// scratch: 2 n numbers.
 inline void kinematics(const ArmView& arm, const double* q, double* scratch, double* pose, double* jacobian) {
+  const double *sine = scratch, *cosine = scratch + arm.n;
   sincos(q, arm.n, scratch, scratch + arm.n);
-  kinematics<double>(arm, q, scratch, scratch + arm.n, pose, jacobian);
+  Pack x = {1, 0, 0, 0}, y = {0, 1, 0, 0}, z = {0, 0, 1, 0}, p = {0, 0, 0, 0};
+  for (int i = 0; i <= arm.n; ++i) {
+    const double* f = arm.placements + 12 * i;
+    const Pack nx = madd(x, broadcast(f[0]), madd(y, broadcast(f[1]), z * f[2]));
+    const Pack ny = madd(x, broadcast(f[3]), madd(y, broadcast(f[4]), z * f[5]));
+    p = madd(x, broadcast(f[9]), madd(y, broadcast(f[10]), madd(z, broadcast(f[11]), p)));
+    z = madd(x, broadcast(f[6]), madd(y, broadcast(f[7]), z * f[8]));
+    x = nx, y = ny;
+    if (i == arm.n) break;
+    if (arm.kinds[i] == REVOLUTE) {
+      const Pack c = broadcast(cosine[i]), s = broadcast(sine[i]);
+      x = madd(c, nx, s * ny), y = madd(c, ny, -(s * nx));
+    } else {
+      p = madd(broadcast(q[i]), z, p);
+    }
+    if (jacobian) store(jacobian + 6 * i, p), store(jacobian + 6 * i + 3, z);
+  }
+  double frame[16];
+  store(frame, x), store(frame + 3, y), store(frame + 6, z), store(frame + 9, p);
+  for (int r = 0; r < 12; ++r) pose[r] = frame[r];
+  if (!jacobian) return;
+  for (int i = 0; i < arm.n; ++i) {
+    double* column = jacobian + 6 * i;
+    if (arm.kinds[i] == REVOLUTE) {
+      const Pack w = load(column + 3);  // its last lane is the next column's first number and is put back
+      store(column, cross(w, p - load(column)));
+      store(column + 3, w);
+    } else {
+      for (int r = 0; r < 3; ++r) column[r] = column[3 + r], column[3 + r] = 0.0;
+    }
+  }
 }
 
 STILLREACH_END

@@ -10,23 +10,52 @@ STILLREACH_BEGIN
 constexpr double kBoundRamp = 0.5;      // damping is full where the pseudoinverse exceeds a bound by this part of the largest
 constexpr double kCompensated = 1e-9;   // relative task error from which on a runaway joint counts as not compensated
 
+// Under a full joint weight W fixed joints that are off their reference pull at the others: nearest to the reference is then
+// nearest to reference - W_ww^-1 W_wf (rates_f - reference_f).
+inline void pull_reference(const Problem& p, const System& s, const double* rates, Workspace& w) {
+  const double unit = s.unit_b / s.unit_a;
+  bool any = false;
+  for (int j = 0; j < s.k; ++j) w.target[j] = 0.0;
+  for (int f = 0; f < p.n; ++f) {
+    if (p.lower[f] < p.upper[f]) continue;
+    const double off = (rates[f] - (p.reference ? p.reference[f] : 0.0)) / p.metric.units[f] / unit;
+    if (off == 0.0 || !is_finite(off)) continue;
+    any = true;
+    for (int j = 0; j < s.k; ++j) {
+      const int i = w.joint[j];
+      w.target[j] -= p.metric.joints[static_cast<std::size_t>(i) * p.n + f] * off * (w.scale[j] / unit / p.metric.units[i]);
+    }
+  }
+  if (!any) return;
+  factor_weight(s.k, w.weight, nullptr, s.k, w.triangle);
+  solve_triangle(s.k, w.triangle, false, 1, w.target);
+  solve_triangle(s.k, w.triangle, true, 1, w.target);
+  for (int j = 0; j < s.k; ++j) w.offset[j] += w.target[j];
+}
+
 // The bounded problem in scaled rates relative to the reference. rhs: right-hand side moved by the reference.
 template <int M>
-inline Box make_box(Rows<M> m, const LawSettings& law, const Problem& p, System& s, Workspace& w, double* rhs) {
-  for (int r = 0; r < m(); ++r) rhs[r] = s.rhs[r];
+inline Box make_box(Rows<M> m, const LawSettings& law, const Problem& p, System& s, const double* rates, Workspace& w, double* rhs) {
+  for (int r = 0; r < kStride; ++r) rhs[r] = s.rhs[r];
   for (int j = 0; j < s.k; ++j) {
     const int i = w.joint[j];
     double reference = p.reference ? p.reference[i] : 0.0;
     if (!is_finite(reference)) reference = 0.0;
-    w.lower[j] = (p.lower[i] - reference) / w.scale[j];
-    w.upper[j] = (p.upper[i] - reference) / w.scale[j];
     w.offset[j] = reference / w.scale[j];
-    if (reference != 0.0)
-      for (int r = 0; r < m(); ++r) rhs[r] = madd(-w.columns[j * m() + r], w.offset[j], rhs[r]);
+    w.length[j] = square_root(dot(m, w.columns + j * kStride, w.columns + j * kStride));
   }
-  if (s.full) scale_joint_weight(p, s, w);
+  if (s.full) {
+    scale_joint_weight(p, s, w);
+    pull_reference(p, s, rates, w);
+  }
+  for (int j = 0; j < s.k; ++j) {
+    w.lower[j] = p.lower[w.joint[j]] / w.scale[j] - w.offset[j];
+    w.upper[j] = p.upper[w.joint[j]] / w.scale[j] - w.offset[j];
+    if (w.offset[j] == 0.0) continue;
+    for (int r = 0; r < m(); ++r) rhs[r] = madd(-w.columns[j * kStride + r], w.offset[j], rhs[r]);
+  }
   Box b;
-  b.k = s.k, b.columns = w.columns, b.lower = w.lower, b.upper = w.upper, b.kappa = 0.0, b.threshold = law.rank_tolerance;
+  b.k = s.k, b.columns = w.columns, b.length = w.length, b.lower = w.lower, b.upper = w.upper, b.kappa = 0.0, b.threshold = law.rank_tolerance;
   b.weight = s.full ? w.weight : nullptr, b.whitened = w.whitened, b.triangle = w.triangle;
   b.z = w.z, b.state = w.state, b.target = w.target, b.work = w.work, b.index = w.index, b.releases = w.releases;
   b.iterations = 0, b.capped = false;
@@ -117,8 +146,8 @@ template <int M>
 inline void least_error(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
   System s;
   if (!prepare(m, p, w, out, s)) return;
-  double rhs[kRows];
-  Box b = make_box(m, law, p, s, w, rhs);
+  double rhs[kStride];
+  Box b = make_box(m, law, p, s, out.rates, w, rhs);
   Inner in;
   const bool inside_all = solve_unbounded(m, rhs, b, in);
   if (in.rank < (s.k < m() ? s.k : m())) out.status |= SINGULAR;

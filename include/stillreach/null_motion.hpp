@@ -36,24 +36,21 @@ inline void manipulability_gradient(Rows<M> m, const ControllerState& c, Workspa
   for (int i = 0; i < c.arm.n; ++i) {
     gradient[i] = 0.0;
     if (!(c.lower[i] < c.upper[i])) continue;
-    double* a = w.columns + k * m();
-    apply_rows(m, c.metric.rows, c.task_jacobian + i * m(), a);
-    const double scale = c.metric.columns ? c.metric.columns[i] : 1.0;
-    for (int r = 0; r < m(); ++r) a[r] *= scale;
+    weighted_column(m, c.metric.rows, c.task_jacobian + i * m(), c.metric.columns ? c.metric.columns[i] : 1.0, w.columns + k * kStride);
     w.joint[k++] = i;
   }
   if (k < m()) return;  // no redundancy left: det(J J') is 0 in every pose
   Factor f;
   double size = 0.0;
-  for (int j = 0; j < k * m(); ++j) size = larger(size, magnitude(w.columns[j]));
+  for (int j = 0; j < k * kStride; ++j) size = larger(size, magnitude(w.columns[j]));
   if (!(size > 0.0 && size < 1e100)) return;
   gram(m, w.columns, nullptr, k, 1e-12 * size * size, f);  // at a singularity: a large finite gradient
-  if (!factor(m, f, infinity())) return;
+  if (!(factor(m, f) < infinity())) return;
   double total[3] = {0, 0, 0}, prefix[3] = {0, 0, 0};
   for (int j = 0; j < k; ++j) {
     const int i = w.joint[j];
     double y[kRows], weighted[kRows] = {0, 0, 0, 0, 0, 0};
-    solve(m, f, w.columns + j * m(), y);
+    solve(m, f, w.columns + j * kStride, y);
     const double scale = c.metric.columns ? c.metric.columns[i] : 1.0;
     for (int r = 0; r < m(); ++r) {  // R' y, and the joint unit of the column that is differentiated
       if (!c.metric.rows) {

@@ -10,7 +10,7 @@ STILLREACH_BEGIN
 // that is, (B - B J'(J B J')^+ J B) nu (after eq. (1)). Writes scaled rates to `null_rates` (k).
 template <int M>
 inline void project_reference(Rows<M> m, const Problem& p, const System& s, double threshold, Workspace& w, double* null_rates) {
-  double b[kRows] = {0, 0, 0, 0, 0, 0};
+  double b[kStride] = {0, 0, 0, 0, 0, 0, 0, 0};
   for (int j = 0; j < s.k; ++j) {
     null_rates[j] = p.reference[w.joint[j]] / w.scale[j];
     if (!is_finite(null_rates[j])) null_rates[j] = 0.0;
@@ -23,7 +23,7 @@ inline void project_reference(Rows<M> m, const Problem& p, const System& s, doub
     }
   }
   for (int j = 0; j < s.k; ++j)
-    for (int r = 0; r < m(); ++r) b[r] = madd(w.columns[j * m() + r], null_rates[j], b[r]);
+    for (int r = 0; r < m(); ++r) b[r] = madd(w.columns[j * kStride + r], null_rates[j], b[r]);
   Inner in;
   solve_inner(m, w.columns, nullptr, s.k, b, 0.0, threshold, w.work, w.target, in);
   for (int j = 0; j < s.k; ++j) null_rates[j] -= w.target[j];
@@ -43,14 +43,14 @@ inline bool weight_offset(Rows<M> m, const Problem& p, const double* rates, cons
     any = true;
     for (int j = 0; j < s.k; ++j) {
       const int i = w.joint[j];
-      w.offset[j] -= p.metric.joints[static_cast<std::size_t>(i) * p.n + f] * (rates[f] / p.metric.columns[f] / unit) *
-                     (w.scale[j] / unit / p.metric.columns[i]);
+      w.offset[j] -= p.metric.joints[static_cast<std::size_t>(i) * p.n + f] * (rates[f] / p.metric.units[f] / unit) *
+                     (w.scale[j] / unit / p.metric.units[i]);
     }
   }
   if (!any) return false;
   solve_triangle(s.k, w.triangle, false, 1, w.offset);  // L^-1 of it is the offset in weighted rates z,
   for (int j = 0; j < s.k; ++j)                         // which moves the right-hand side,
-    for (int r = 0; r < m(); ++r) s.rhs[r] = madd(-w.columns[j * m() + r], w.offset[j], s.rhs[r]);
+    for (int r = 0; r < m(); ++r) s.rhs[r] = madd(-w.columns[j * kStride + r], w.offset[j], s.rhs[r]);
   solve_triangle(s.k, w.triangle, true, 1, w.offset);   // and L^-T of that the offset of x
   return true;
 }
@@ -60,7 +60,7 @@ inline void whiten(const Problem& p, const System& s, Workspace& w) {
   if (!s.full) return;
   scale_joint_weight(p, s, w);
   factor_weight(s.k, w.weight, nullptr, s.k, w.triangle);
-  solve_triangle(s.k, w.triangle, false, s.m, w.columns);
+  solve_triangle(s.k, w.triangle, false, kStride, w.columns);
 }
 
 // All working joints at rest, clamped: the answer where there is no problem to solve.

@@ -10,7 +10,7 @@
 
 STILLREACH_BEGIN
 
-typedef double Pack __attribute__((vector_size(32)));     // four lanes: four independent problems, or four joints
+typedef double Pack __attribute__((vector_size(32)));  // four joints, or a 3-vector and a lane that does not matter
 typedef long long Mask __attribute__((vector_size(32)));
 
 STILLREACH_INLINE double madd(double a, double b, double c) {
@@ -32,9 +32,16 @@ STILLREACH_INLINE Pack madd(Pack a, Pack b, Pack c) {
 }
 
 STILLREACH_INLINE Pack broadcast(double a) { return Pack{a, a, a, a}; }
+STILLREACH_INLINE Pack load(const double* p) {
+  Pack v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+STILLREACH_INLINE void store(double* p, Pack v) { __builtin_memcpy(p, &v, sizeof v); }
 
 STILLREACH_INLINE bool is_finite(double a) { return a - a == 0.0; }  // also right when the compiler assumes no traps
 STILLREACH_INLINE double magnitude(double a) { return __builtin_fabs(a); }
+STILLREACH_INLINE Pack magnitude(Pack a) { return (Pack)((Mask)a & 0x7fffffffffffffffLL); }
 STILLREACH_INLINE double larger(double a, double b) { return a > b ? a : b; }    // b where either is NaN
 STILLREACH_INLINE double smaller(double a, double b) { return a < b ? a : b; }
 STILLREACH_INLINE double clamp(double a, double lower, double upper) { return larger(smaller(a, upper), lower); }

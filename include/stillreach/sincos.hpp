@@ -40,23 +40,28 @@ STILLREACH_INLINE void sincos(Pack x, Pack& sine, Pack& cosine) {
   cosine = (Pack)((Mask)(swap ? s : c) ^ cosine_sign);
 }
 
-// q, sine, cosine: count values each. Angles outside the reduction's range, and NaN, go to the C library.
+// Up to four angles. Those outside the reduction's range, and NaN, go to the C library.
+STILLREACH_INLINE void sincos_lanes(Pack x, int lanes, Pack& s, Pack& c) {
+  sincos(x, s, c);
+  const Mask reducible = magnitude(x) <= broadcast(kLargestReducedAngle);
+  if ((reducible[0] & reducible[1] & reducible[2] & reducible[3]) != 0) return;
+  for (int l = 0; l < lanes; ++l)
+    if (!(magnitude(x[l]) <= kLargestReducedAngle)) s[l] = __builtin_sin(x[l]), c[l] = __builtin_cos(x[l]);
+}
+
+// q, sine, cosine: count values each.
 inline void sincos(const double* q, int count, double* sine, double* cosine) {
-  for (int i = 0; i < count; i += 4) {
-    const int lanes = count - i < 4 ? count - i : 4;
-    Pack x = {}, s, c;
-    bool reducible = true;
-    for (int l = 0; l < lanes; ++l) {
-      x[l] = q[i + l];
-      reducible &= magnitude(q[i + l]) <= kLargestReducedAngle;
-    }
-    sincos(x, s, c);
-    for (int l = 0; l < lanes; ++l) sine[i + l] = s[l], cosine[i + l] = c[l];
-    if (!reducible)
-      for (int l = 0; l < lanes; ++l)
-        if (!(magnitude(q[i + l]) <= kLargestReducedAngle))
-          sine[i + l] = __builtin_sin(q[i + l]), cosine[i + l] = __builtin_cos(q[i + l]);
+  int i = 0;
+  Pack s, c;
+  for (; i + 4 <= count; i += 4) {
+    sincos_lanes(load(q + i), 4, s, c);
+    store(sine + i, s), store(cosine + i, c);
   }
+  if (i == count) return;
+  Pack x = {};
+  for (int l = 0; l < count - i; ++l) x[l] = q[i + l];
+  sincos_lanes(x, count - i, s, c);
+  for (int l = 0; l < count - i; ++l) sine[i + l] = s[l], cosine[i + l] = c[l];
 }
 
 STILLREACH_END

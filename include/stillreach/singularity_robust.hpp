@@ -7,7 +7,8 @@
 
 STILLREACH_BEGIN
 
-constexpr int kSidePasses = 8;
+constexpr int kSidePasses = 12;
+constexpr int kFreePasses = 4;  // after these a joint that changes sides keeps the smaller of its two bounds
 constexpr double kLimitSlack = 1e-13;
 
 // The damping factor that a law's settings ask for, given the undamped answer in w.z (scaled rates x) and `in`.
@@ -23,21 +24,20 @@ inline double choose_damping(Rows<M> m, const LawSettings& law, const System& s,
   const double size = law.norm == NORM_2 ? square_root(square) : largest;
   if (size <= 1.0 + kLimitSlack) return 0.0;
 
-  if (in.way == WIDE)
+  if (in.way == WIDE && in.condition <= kPlainCondition)
     spectrum(m(), in.factor, law.rank_tolerance, in.spectrum);
-  else if (in.way == TALL)
+  else if (in.way != SPECTRAL)
     spectrum(m(), w.columns, nullptr, s.k, law.rank_tolerance, w.work, in.spectrum);
   const Spectrum& sp = in.spectrum;
   DampingSearch d;
-  d.k = s.k, d.rank = sp.rank, d.shapes = w.shapes, d.offset = offset ? w.target : nullptr;
+  d.k = s.k, d.rank = sp.rank, d.shapes = w.shapes, d.limit = w.limit, d.offset = offset ? w.offset : nullptr;
   for (int j = 0; j < sp.rank; ++j) d.beta[j] = dot(m, sp.left[j], s.rhs), d.square[j] = sp.sigma[j] * sp.sigma[j];
-  for (int i = 0; i < s.k; ++i)
-    for (int j = 0; j < 6; ++j) w.shapes[6 * i + j] = j < sp.rank ? dot(m, w.columns + i * m(), sp.left[j]) : 0.0;
-  if (s.full) solve_triangle(s.k, w.triangle, true, 6, w.shapes);
-  for (int i = 0; i < s.k; ++i) {
-    for (int j = 0; j < 6; ++j) w.shapes[6 * i + j] *= w.limit[i];
-    if (offset) w.target[i] = w.offset[i] * w.limit[i];
+  for (int j = 0; j < 6; ++j) {
+    if (j < sp.rank && sp.columns > 0) apply_reflections(sp, sp.right[j], w.target);
+    for (int i = 0; i < s.k; ++i)
+      w.shapes[6 * i + j] = j >= sp.rank ? 0.0 : sp.columns > 0 ? w.target[i] * sp.sigma[j] : dot(m, w.columns + i * kStride, sp.left[j]);
   }
+  if (s.full) solve_triangle(s.k, w.triangle, true, 6, w.shapes);
   double kappa;
   if (law.damping == DAMPING_EXACT) {
     bool capped;
@@ -47,15 +47,10 @@ inline double choose_damping(Rows<M> m, const LawSettings& law, const System& s,
     kappa = closed_form_damping(d, law.norm);
   }
   if (!(kappa > 0.0)) return 0.0;
-  double dual[kRows] = {0, 0, 0, 0, 0, 0};
-  for (int j = 0; j < sp.rank; ++j) {
-    const double c = d.beta[j] / (d.square[j] + kappa);
-    for (int r = 0; r < m(); ++r) dual[r] = madd(c, sp.left[j][r], dual[r]);
+  for (int i = 0; i < s.k; ++i) {  // as the search saw them
+    w.z[i] = offset ? w.offset[i] : 0.0;
+    for (int j = 0; j < sp.rank; ++j) w.z[i] = madd(w.shapes[6 * i + j], d.beta[j] / (d.square[j] + kappa), w.z[i]);
   }
-  for (int i = 0; i < s.k; ++i) w.z[i] = dot(m, w.columns + i * m(), dual);
-  if (s.full) solve_triangle(s.k, w.triangle, true, 1, w.z);
-  if (offset)
-    for (int i = 0; i < s.k; ++i) w.z[i] += w.offset[i];
   return kappa;
 }
 
@@ -94,13 +89,14 @@ inline bool damped_pass(Rows<M> m, const LawSettings& law, const Problem& p, Wor
 
 // Joints pushed against a bound at or beyond zero are held there; those that moved to the side with another bound get it.
 // True where something changed and the rest must be solved again.
-inline bool review_sides(const Problem& p, int k, Workspace& w, double* rates) {
+inline bool review_sides(const Problem& p, int k, int pass, Workspace& w, double* rates) {
   bool changed = false;
   for (int j = 0; j < k; ++j) {
     const int i = w.joint[j];
     if (rates[i] == 0.0) continue;
     const bool up = rates[i] > 0.0;
-    const double extent = up ? p.upper[i] : -p.lower[i];
+    double extent = up ? p.upper[i] : -p.lower[i];
+    if (pass >= kFreePasses && extent > w.extent[i]) extent = w.extent[i];
     if (!(extent > 0.0)) {
       w.held[i] = 1, rates[i] = up ? p.upper[i] : p.lower[i], changed = true;
     } else if (extent != w.extent[i]) {
@@ -139,7 +135,7 @@ inline void singularity_robust(Rows<M> m, const LawSettings& law, const Problem&
   bool solved = false;
   for (int pass = 0; pass < kSidePasses; ++pass) {
     solved = damped_pass(m, law, p, w, out, s);
-    if (!solved || !review_sides(p, s.k, w, out.rates)) break;
+    if (!solved || !review_sides(p, s.k, pass, w, out.rates)) break;
   }
   if (s.k == 0) out.status |= NO_WORKING_JOINT;
   if (solved && p.reference) add_null_motion(m, law, p, s, w, out.rates);

@@ -9,7 +9,7 @@ STILLREACH_BEGIN
 struct System {
   int m;
   int k;             // working joints
-  double rhs[kRows]; // R (twist - J fixed rates)
+  double rhs[kStride]; // R (twist - J fixed rates), zeros behind
   double unit_a;     // columns are divided by this power of two,
   double unit_b;     // and the right-hand side by this one
   bool full;         // a full joint weight is in use
@@ -59,7 +59,7 @@ inline void scale_joint_weight(const Problem& p, const System& s, Workspace& w) 
     for (int j = 0; j < s.k; ++j) {
       const int a = w.joint[i], b = w.joint[j];
       w.weight[i * s.k + j] = p.metric.joints[static_cast<std::size_t>(a) * p.n + b] *
-                              (w.scale[i] / unit / p.metric.columns[a]) * (w.scale[j] / unit / p.metric.columns[b]);
+                              (w.scale[i] / unit / p.metric.units[a]) * (w.scale[j] / unit / p.metric.units[b]);
     }
 }
 
@@ -88,6 +88,39 @@ inline void solve_triangle(int k, const double* L, bool transposed, int count, d
   }
 }
 
+// a = scale R J_i, with zeros behind.
+template <int M>
+STILLREACH_INLINE void weighted_column(Rows<M> m, const double* R, const double* column, double scale, double* a) {
+  if (!R && m() == 6) {  // two packs that overlap
+    const Pack s = broadcast(scale), head = load(column) * s, tail = load(column + 2) * s;
+    store(a + 4, Pack{tail[2], tail[3], 0.0, 0.0});
+    store(a, head);
+    return;
+  }
+  apply_rows(m, R, column, a);
+  for (int r = 0; r < m(); ++r) a[r] *= scale;
+  for (int r = m(); r < kStride; ++r) a[r] = 0.0;
+}
+
+// The largest finite extent of the working joints, in joint units: damping keeps the units of J J'.
+inline double reference_extent(const Problem& p, int k, const double* extent, const Workspace& w) {
+  double reference = 0.0;
+  for (int j = 0; j < k; ++j) {
+    const int i = w.joint[j];
+    const double e = p.metric.units ? extent[i] / p.metric.units[i] : extent[i];
+    if (e < infinity() && e > reference) reference = e;
+  }
+  return reference;
+}
+
+// Brings columns and right-hand side into the range where squares can be summed.
+inline void rescale(System& s, double size_a, double size_b, Workspace& w) {
+  s.unit_a = scaling_unit(size_a), s.unit_b = scaling_unit(size_b);
+  for (int j = 0; j < kStride * s.k; ++j) w.columns[j] /= s.unit_a;
+  for (int r = 0; r < s.m; ++r) s.rhs[r] /= s.unit_b;
+  for (int j = 0; j < s.k; ++j) w.scale[j] = w.scale[j] / s.unit_a * s.unit_b;
+}
+
 // Right-hand side and columns. extent: n bounds of the damping laws (rate = extent u), or null.
 template <int M>
 inline System assemble(Rows<M> m, const Problem& p, const double* rates, const std::int8_t* held, int k, const double* extent,
@@ -101,54 +134,57 @@ inline System assemble(Rows<M> m, const Problem& p, const double* rates, const s
       if ((!(p.lower[i] < p.upper[i]) || (held && held[i])) && rates[i] != 0.0)
         for (int r = 0; r < m(); ++r) raw[r] = madd(-p.jacobian[i * m() + r], rates[i], raw[r]);
   apply_rows(m, p.metric.rows, raw, s.rhs);
+  double size = 0.0;
+  for (int r = 0; r < m(); ++r) size += magnitude(s.rhs[r]);
+  for (int r = m(); r < kStride; ++r) s.rhs[r] = 0.0;
 
-  double reference = 0.0;  // the largest extent, in joint units: damping keeps the units of J J'
-  if (extent)
-    for (int j = 0; j < k; ++j) {
-      const int i = w.joint[j];
-      const double e = p.metric.columns ? extent[i] / p.metric.columns[i] : extent[i];
-      if (e < infinity() && e > reference) reference = e;
-    }
-  double sum = 0.0;
+  const double reference = extent ? reference_extent(p, k, extent, w) : 0.0;
+  Pack sum = broadcast(0.0);
   for (int j = 0; j < k; ++j) {
     const int i = w.joint[j];
     double scale = p.metric.columns ? p.metric.columns[i] : 1.0;
-    if (extent && extent[i] < infinity() && reference > 0.0)
-      scale *= (p.metric.columns ? extent[i] / p.metric.columns[i] : extent[i]) / reference;
+    if (reference > 0.0 && extent[i] < infinity())
+      scale *= (p.metric.units ? extent[i] / p.metric.units[i] : extent[i]) / reference;
     w.scale[j] = scale;
-    double* a = w.columns + j * m();
-    apply_rows(m, p.metric.rows, p.jacobian + i * m(), a);
-    for (int r = 0; r < m(); ++r) a[r] *= scale, sum += magnitude(a[r]);
+    double* a = w.columns + j * kStride;
+    weighted_column(m, p.metric.rows, p.jacobian + i * m(), scale, a);
+    sum += magnitude(load(a)) + magnitude(load(a + 4));
   }
-  double size = 0.0;
-  for (int r = 0; r < m(); ++r) size += magnitude(s.rhs[r]);
-  s.finite = is_finite(sum) && is_finite(size);
-  if (!s.finite) return s;
-  s.unit_a = scaling_unit(sum), s.unit_b = scaling_unit(size);
-  if (s.unit_a != 1.0 || s.unit_b != 1.0) {
-    for (int j = 0; j < k * m(); ++j) w.columns[j] /= s.unit_a;
-    for (int r = 0; r < m(); ++r) s.rhs[r] /= s.unit_b;
-    for (int j = 0; j < k; ++j) w.scale[j] = w.scale[j] / s.unit_a * s.unit_b;
-  }
+  const double total = (sum[0] + sum[2]) + (sum[1] + sum[3]);
+  s.finite = is_finite(total) && is_finite(size);
+  if (s.finite && (scaling_unit(total) != 1.0 || scaling_unit(size) != 1.0)) rescale(s, total, size, w);
   return s;
+}
+
+// e = twist - J rates.
+template <int M>
+STILLREACH_INLINE void task_residual(Rows<M> m, const Problem& p, const double* rates, double* e) {
+  if (m() == 6) {  // two packs that overlap
+    Pack head = load(p.twist), tail = load(p.twist + 2);
+    for (int i = 0; i < p.n; ++i) {
+      const Pack rate = broadcast(-rates[i]);
+      head = madd(load(p.jacobian + 6 * i), rate, head), tail = madd(load(p.jacobian + 6 * i + 2), rate, tail);
+    }
+    store(e, head), store(e + 2, tail);
+    return;
+  }
+  for (int r = 0; r < m(); ++r) e[r] = p.twist[r];
+  for (int i = 0; i < p.n; ++i)
+    for (int r = 0; r < m(); ++r) e[r] = madd(-p.jacobian[i * m() + r], rates[i], e[r]);
 }
 
 // What every law reports once its rates stand: residual, weighted task error, active bounds, saturation.
 template <int M>
 inline void report(Rows<M> m, const Problem& p, Answer& out) {
   double e[kRows], weighted[kRows];
-  for (int r = 0; r < m(); ++r) e[r] = p.twist[r];
+  task_residual(m, p, out.rates, e);
   bool saturated = false;
   for (int i = 0; i < p.n; ++i) {
-    const double rate = out.rates[i];
-    const double* a = p.jacobian + i * m();
-    if (rate != 0.0)
-      for (int r = 0; r < m(); ++r) e[r] = madd(-a[r], rate, e[r]);
-    const bool fixed = !(p.lower[i] < p.upper[i]);
-    const bool top = rate > 0.0 ? rate >= p.upper[i] * (1.0 - 1e-9) : rate >= p.upper[i];
-    const bool bottom = rate < 0.0 ? rate <= p.lower[i] * (1.0 - 1e-9) : rate <= p.lower[i];
-    out.active[i] = fixed ? 2 : top ? 1 : bottom ? -1 : 0;
-    saturated |= out.active[i] == 1 || out.active[i] == -1;
+    const double rate = out.rates[i], lower = p.lower[i], upper = p.upper[i];
+    const int top = rate >= upper - 1e-9 * magnitude(upper), bottom = rate <= lower + 1e-9 * magnitude(lower);  // inf: no
+    const int code = lower < upper ? top - bottom : 2;
+    out.active[i] = static_cast<std::int8_t>(code);
+    saturated |= (code & 1) != 0;
   }
   apply_rows(m, p.metric.rows, e, weighted);
   double size = 0.0;

@@ -52,8 +52,9 @@ struct LawSettings {
 // Units and weights of the least-squares problem. Null pointers mean identity.
 struct Metric {
   const double* rows;    // m x m upper triangular R, row-major, with e' W1 e = |R e|^2 in the task's units
-  const double* columns; // n: rate = columns[i] * weighted rate (joint unit over the root of the joint's weight)
-  const double* joints;  // n x n: full W2 in joint units (then `columns` holds the joint units alone)
+  const double* units;   // n: joint units
+  const double* columns; // n: joint units, each over the root of the joint's weight where that is a vector
+  const double* joints;  // n x n: W2 in joint units where it is a full matrix
 };
 
 // One tick's question to a law. Column i of the Jacobian is at jacobian + i * m.
@@ -73,6 +74,7 @@ struct Answer {
   double* rates;        // n
   double* residual;     // m: twist - J rates, unweighted
   std::int8_t* active;  // n: -1 at the lower bound, +1 at the upper one, 2 fixed, 0 free (in: warm start of the next tick)
+  double* plane;        // m, or null: KeepDirection's last supporting plane, weighted (in: warm start of the next tick)
   std::int32_t status;
   int iterations;       // factorisations (LeastError, KeepDirection) or steps of the damping search
   double damping;

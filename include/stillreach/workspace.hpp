@@ -8,9 +8,9 @@ STILLREACH_BEGIN
 
 struct Workspace {
   int n;
-  double* columns;   // 6 n: weighted Jacobian of the working joints
-  double* work;      // 6 n: QR
-  double* shapes;    // 6 n: rate of each working joint per unit of each singular direction
+  double* columns;   // 8 n: weighted Jacobian of the working joints
+  double* work;      // 7 n: QR, and n more
+  double* shapes;    // 8 n: rate of each working joint per unit of each singular direction
   double* scale;     // n
   double* limit;     // n
   double* lower;     // n
@@ -19,7 +19,8 @@ struct Workspace {
   double* target;    // n
   double* offset;    // n
   double* extent;    // n
-  double* whitened;  // 6 n where a full joint weight is used, else null
+  double* length;    // n: of the columns
+  double* whitened;  // 8 n where a full joint weight is used, else null
   double* triangle;  // n * n, likewise
   double* weight;    // n * n, likewise: the joint weight seen by the scaled working joints
   int* joint;        // n: the working joints
@@ -30,7 +31,7 @@ struct Workspace {
 };
 
 STILLREACH_INLINE std::size_t workspace_doubles(int n, bool full_joint_weight) {
-  return 26 * static_cast<std::size_t>(n) + (full_joint_weight ? (2 * static_cast<std::size_t>(n) + 6) * n : 0);
+  return 32 * static_cast<std::size_t>(n) + (full_joint_weight ? (2 * static_cast<std::size_t>(n) + 8) * n : 0);
 }
 STILLREACH_INLINE std::size_t workspace_ints(int n) { return 3 * static_cast<std::size_t>(n); }
 STILLREACH_INLINE std::size_t workspace_bytes(int n) { return 2 * static_cast<std::size_t>(n); }
@@ -38,12 +39,12 @@ STILLREACH_INLINE std::size_t workspace_bytes(int n) { return 2 * static_cast<st
 STILLREACH_INLINE Workspace make_workspace(int n, bool full_joint_weight, double* doubles, int* ints, std::int8_t* bytes) {
   Workspace w;
   w.n = n;
-  w.columns = doubles, w.work = doubles + 6 * n, w.shapes = doubles + 12 * n;
-  double* rest = doubles + 18 * n;
-  double** vectors[] = {&w.scale, &w.limit, &w.lower, &w.upper, &w.z, &w.target, &w.offset, &w.extent};
+  w.columns = doubles, w.shapes = doubles + 8 * n, w.work = doubles + 16 * n;
+  double* rest = doubles + 23 * n;
+  double** vectors[] = {&w.scale, &w.limit, &w.lower, &w.upper, &w.z, &w.target, &w.offset, &w.extent, &w.length};
   for (double** v : vectors) *v = rest, rest += n;
   w.whitened = w.triangle = w.weight = nullptr;
-  if (full_joint_weight) w.whitened = rest, w.triangle = rest + 6 * n, w.weight = w.triangle + static_cast<std::size_t>(n) * n;
+  if (full_joint_weight) w.whitened = rest, w.triangle = rest + 8 * n, w.weight = w.triangle + static_cast<std::size_t>(n) * n;
   w.joint = ints, w.index = ints + n, w.releases = ints + 2 * n;
   w.state = bytes, w.held = bytes + n;
   return w;

@@ -7,6 +7,8 @@ rates, every control tick, and it always answers.
 from __future__ import annotations
 
 import importlib
+import sys
+import types
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
         UnknownJointError,
     )
     from stillreach.faults import Derated, Fault, Locked, Runaway
+    from stillreach.insight import Check
     from stillreach.laws import KeepDirection, Law, LeastError, Pseudoinverse, SingularityRobust
     from stillreach.simulate import Run, Scenario, Twist, simulate
     from stillreach.status import Health, Reason, Status
@@ -36,6 +39,7 @@ _HOMES = {
     "control": ("Centring", "Controller", "Gradient", "Manipulability", "NullMotion", "Posture", "Rates"),
     "errors": ("InputError", "MissingExtraError", "SimulationInterrupted", "StillreachError", "UnknownJointError"),
     "faults": ("Derated", "Fault", "Locked", "Runaway"),
+    "insight": ("Check",),
     "laws": ("KeepDirection", "Law", "LeastError", "Pseudoinverse", "SingularityRobust"),
     "simulate": ("Run", "Scenario", "Twist", "simulate"),
     "status": ("Health", "Reason", "Status"),
@@ -47,6 +51,7 @@ __all__ = [
     "Arm",
     "Bounds",
     "Centring",
+    "Check",
     "Controller",
     "DHRow",
     "Derated",
@@ -94,6 +99,17 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'stillreach' has no attribute {name!r}")
     globals()[name] = value
     return value
+
+
+class _Package(types.ModuleType):
+    """``sr.simulate`` is the function: importing the subpackage of that name must not hide it."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not (name == "simulate" and isinstance(value, types.ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
 
 
 def __dir__() -> list[str]:

@@ -75,7 +75,8 @@ class Weights:
             m,
             n,
             rows=None if np.array_equal(factor, np.eye(m)) else np.ascontiguousarray(factor),
-            columns=None if full is None and np.all(columns == 1.0) else np.ascontiguousarray(columns, dtype=float),
+            units=None if np.all(units == 1.0) else units,
+            columns=None if np.all(columns == 1.0) else columns,
             joints=full,
         )
 

@@ -100,7 +100,10 @@ def nearest_same_motion(j, rates, lower, upper, reference, weight=None, toleranc
 
 
 def largest_scale(j, x, lower, upper):
-    """The largest s in [0, 1] with J dq = s x for a dq in the box, by a linear program (HiGHS); None: no dq at all."""
+    """The largest s in [0, 1] with J dq = s x for a dq in the box, by a linear program (HiGHS).
+
+    Returns s, None where there is no dq at all, and ||J dq - s x|| of its own dq: HiGHS is content with 1e-10.
+    """
     m, n = j.shape
     size = max(np.linalg.norm(j, 2), 1e-300)
     found = linprog(
@@ -111,7 +114,9 @@ def largest_scale(j, x, lower, upper):
         method="highs",
         options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
     )
-    return float(found.x[-1]) if found.status == 0 else None
+    if found.status != 0:
+        return None, 0.0
+    return float(found.x[-1]), float(np.linalg.norm(j @ inside(found.x[:-1], lower, upper) - found.x[-1] * x))
 
 
 def scale_bound(j, x, lower, upper, rates):

@@ -33,7 +33,7 @@ class LawCase:
         lower, upper: bounds (n,); equal at failed joints.
         rows: for each row "v" or "w" (length or angle), (m,) characters.
         length, angle: units; `task` W1 and `joints` W2: None, a diagonal or a matrix.
-        label: which kinds it was drawn from.
+        label: seed and number, and which kinds it was drawn from.
     """
 
     j: np.ndarray
@@ -104,7 +104,7 @@ def law_cases(count, seed, *, bounds=SYMMETRIC, weighted=0.0, runaways=0.0, scal
         case = _with_bounds(rng, case, bounds[rng.integers(len(bounds))], runaways)
         if rng.random() < scaled:
             case = _scaled(rng, case)
-        yield case
+        yield replace(case, label=f"case {seed}/{i}: {case.label}")
 
 
 def _pick(rng, shares) -> str:

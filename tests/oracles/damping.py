@@ -55,7 +55,7 @@ def smallest_damping(c, s2, norm, level=1.0, offset=None, up_to=None):
         return None
     smallest = min(1e-3 * np.min(s2), 1e-3 * largest)
     decades = np.log10(largest / smallest)
-    edges = np.concatenate(([0.0], np.geomspace(smallest, largest, int(24 * decades) + 2)))
+    edges = np.concatenate(([0.0], np.geomspace(smallest, largest, int(10 * decades) + 2)))
     return _first_possible(c, s2, offset, edges, level, norm)
 
 

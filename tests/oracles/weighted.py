@@ -8,6 +8,7 @@ fixed at a rate.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -49,7 +50,7 @@ class Decomposed:
     x: np.ndarray
     back: np.ndarray
 
-    @property
+    @cached_property
     def coefficients(self):
         """c (k, r) and s2 (r,): the working joints' rates are their offset + c @ (1 / (s2 + kappa))."""
         r = self.rank
@@ -63,6 +64,13 @@ class Decomposed:
         dq[self.working] += c @ (1.0 / (s2 + kappa))
         return dq
 
+    def damped_rates(self, kappa):
+        """Eq. (6) at `kappa` > 0: rates (n,) in which every singular value counts, however small."""
+        beta = self.u[:, : len(self.s)].T @ self.x
+        dq = self.start.copy()
+        dq[self.working] += self.back @ (self.vt[: len(self.s)].T @ (self.s * beta / (self.s**2 + kappa)))
+        return dq
+
     def null_rates(self, nu):
         """The part of `nu` (n,) that moves neither the task nor a fixed joint (n,), nearest in the rate weight."""
         out = np.zeros(len(nu))
@@ -71,12 +79,17 @@ class Decomposed:
         out[self.working] = self.back @ (v - row.T @ (row @ v))
         return out
 
-    @property
+    @cached_property
     def condition(self):
         """Largest over smallest singular value kept; 1 where none is."""
         return self.s[0] / self.s[self.rank - 1] if self.rank else 1.0
 
-    @property
+    @cached_property
+    def back_size(self):
+        """Largest plain rates of weighted rates of length 1."""
+        return np.linalg.norm(self.back, 2) if self.back.size else 0.0
+
+    @cached_property
     def unreachable(self):
         """Length of the part of the weighted twist outside the range, over the smallest singular value kept."""
         if not self.rank:
@@ -84,7 +97,7 @@ class Decomposed:
         u = self.u[:, : self.rank]
         return np.linalg.norm(self.x - u @ (u.T @ self.x)) / self.s[self.rank - 1]
 
-    @property
+    @cached_property
     def kind(self):
         """How the singular values lie to the rank tolerance: the class under which a case is counted."""
         if not np.any(self.working):
@@ -98,16 +111,31 @@ class Decomposed:
 
 
 def decompose(
-    j, twist, lower, upper, *, row_units=1.0, joint_units=1.0, task=None, joints=None, rank_tolerance=RANK_TOLERANCE
+    j,
+    twist,
+    lower,
+    upper,
+    *,
+    row_units=1.0,
+    joint_units=1.0,
+    task=None,
+    joints=None,
+    extents=None,
+    rank_tolerance=RANK_TOLERANCE,
 ):
     """Weight and decompose the problem for J (m, n), twist (m,) and bounds (n,), equal where a joint does not work.
 
     `row_units` (m,) and `joint_units` (n,) or scalars; `task` is W1, `joints` W2, each None, a diagonal or a matrix.
+    `extents` (n,) are the limits D of the damping laws: W2 then measures dq = D u by u, times the largest finite extent
+    in joint units, so that one limit for all joints changes nothing. Joints without a limit keep their unit.
     """
     m, n = j.shape
     working = lower != upper
     start = np.where(working, 0.0, lower)
     units = np.ones(n) * joint_units
+    limited = working & np.isfinite(np.inf if extents is None else extents)
+    if np.any(limited):
+        units[limited] = extents[limited] / np.max(extents[limited] / units[limited])
     back = np.diag(units[working])
     if joints is not None:
         w2 = full_weight(joints, n)

@@ -34,9 +34,9 @@ def run(*command: str | Path) -> str:
 
 @pytest.fixture(scope="module")
 def build() -> Path:
-    """The C++ build folder with kernels and tick test up to date: nothing to do after `make cpp-test`."""
+    """The C++ build folder with the kernels up to date: nothing to do after `make cpp-test`."""
     run("cmake", "-S", ROOT, "-B", BUILD, "-G", "Ninja", "-DSTILLREACH_TESTS=ON")
-    run("cmake", "--build", BUILD, "--parallel", "2", "--target", "kernel_baseline", "kernel_avx2", "test_tick")
+    run("cmake", "--build", BUILD, "--parallel", "2", "--target", "kernel_baseline", "kernel_avx2")
     return BUILD
 
 
@@ -78,11 +78,23 @@ def test_a_shared_weak_symbol_is_seen(tmp_path: Path) -> None:
 
 @needs_qemu
 @pytest.mark.timeout(600)
-def test_a_tick_runs_on_a_machine_without_avx(build: Path) -> None:
+def test_a_tick_of_a_cpp_program_runs_on_a_machine_without_avx(build: Path) -> None:
+    run("cmake", "--build", build, "--parallel", "2", "--target", "test_tick")
     run(*OLD_MACHINE, build / "tests" / "cpp" / "test_tick")
 
 
+TICK = """
+import numpy as np, stillreach as sr, stillreach._core as core
+arm = sr.arms.nasa_modular()
+controller = sr.Controller(arm, law=sr.SingularityRobust(damping="exact"))
+controller.fail("j4")
+print(core.instruction_set(), *controller.step(np.linspace(0.1, 1.0, arm.n), np.ones(6)).rates)
+"""
+
+
 @needs_qemu
-def test_the_installed_core_falls_back_to_the_baseline() -> None:
-    program = "import stillreach._core as core; print(core.instruction_set())"
-    assert run(*OLD_MACHINE, sys.executable, "-c", program).strip() == "baseline"
+def test_a_tick_from_python_runs_on_a_machine_without_avx() -> None:
+    _, *rates = run(sys.executable, "-c", TICK).split()
+    path, *old_rates = run(*OLD_MACHINE, sys.executable, "-c", TICK).split()
+    assert path == "baseline"
+    assert list(map(float, old_rates)) == pytest.approx(list(map(float, rates)), rel=1e-9, abs=1e-12)

@@ -169,7 +169,7 @@ def test_the_straight_arm_has_rank_three():
 def test_box_solvers_on_the_worked_planar_arm():
     _, j = planar_arm(np.deg2rad([20, 50, -30, 40]))
     x, limits = np.array([1.8, 2.4]), np.array([0.5, 0.5, 1.0, 1.0])
-    assert box.largest_scale(j, x, -limits, limits) == pytest.approx(0.2227372, abs=5e-8)
+    assert box.largest_scale(j, x, -limits, limits) == (pytest.approx(0.2227372, abs=5e-8), pytest.approx(0, abs=1e-12))
     assert np.min(limits / np.abs(np.linalg.pinv(j) @ x)) == pytest.approx(0.1661468, abs=5e-8)
     for solver in (box.least_error_bvls, box.least_error_daqp):
         rates = solver(j, x, -limits, limits)
@@ -209,10 +209,10 @@ def test_nearest_same_motion_by_hand():
 def test_largest_scale_by_hand():
     j, x = np.array([[1.0, 1.0]]), np.array([4.0])
     lower, upper = -np.ones(2), np.array([0.5, 0.5])
-    assert box.largest_scale(j, x, lower, upper) == pytest.approx(0.25)
+    assert box.largest_scale(j, x, lower, upper) == (pytest.approx(0.25), 0.0)
     assert box.scale_bound(j, x, lower, upper, upper) == pytest.approx(0.25)
     lower[0] = upper[0] = -3.0  # a runaway that the other joint cannot make up for
-    assert box.largest_scale(j, x, lower, upper) is None
+    assert box.largest_scale(j, x, lower, upper) == (None, 0.0)
 
 
 def test_null_space_by_hand():

@@ -9,12 +9,16 @@ from pathlib import Path
 import numpy.typing as npt
 
 from stillreach.arm import Arm
+from stillreach.errors import InputError
 from stillreach.paper import examples
 from stillreach.paper.examples import scenarios
 from stillreach.simulate import Run, Scenario, simulate
 
 STEP_FACTORS = (4.0, 2.0, 0.5, 0.25)
 """Further steps, as multiples of the one asked for: what a value owes to the step shows in their spread."""
+
+LEAST_STEPS = 20
+"""Least number of steps in a run; the longest steps leave a quarter of them."""
 
 STEP_DEPENDENT = (
     examples.EXAMPLE_1_FREE,
@@ -44,7 +48,9 @@ class Evidence:
         return self.runs[name]
 
 
-def make(out: Path, *, step: float, duration: float, lengths: npt.ArrayLike | None = None, on_run: Callable[[str], None]) -> None:
+def make(
+    out: Path, *, step: float, duration: float, lengths: npt.ArrayLike | None = None, on_run: Callable[[str], None]
+) -> None:
     """Simulate every run and save it.
 
     Args:
@@ -53,9 +59,18 @@ def make(out: Path, *, step: float, duration: float, lengths: npt.ArrayLike | No
         duration: of each run [s].
         lengths: (6,) [m] segments of the arm; None takes the inferred ones.
         on_run: called with a run's name before it begins.
+
+    Raises:
+        InputError: step, duration or lengths is not what it should be, or the folder cannot be made.
     """
-    (out / STEP_FOLDER).mkdir(parents=True, exist_ok=True)
-    for name, scenario in scenarios(step=step, duration=duration, lengths=lengths).items():
+    wanted = scenarios(step=step, duration=duration, lengths=lengths)
+    if step > duration / LEAST_STEPS:
+        raise InputError("step", f"{step:g}", f"at most 1/{LEAST_STEPS} of the duration of {duration:g} s")
+    try:
+        (out / STEP_FOLDER).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError("out", repr(str(out)), f"a folder that can be written to ({error.strerror})") from error
+    for name, scenario in wanted.items():
         on_run(name)
         _saved(scenario, out / f"{name}.nc")
     for factor in STEP_FACTORS:

@@ -15,8 +15,9 @@ import numpy.typing as npt
 from stillreach import _door
 from stillreach.arm import Arm
 from stillreach.arm.catalogue import nasa_modular
+from stillreach.control import Manipulability
 from stillreach.faults import Fault
-from stillreach.laws import Pseudoinverse, SingularityRobust
+from stillreach.laws import LeastError, Pseudoinverse, SingularityRobust
 from stillreach.simulate import Scenario, Twist
 from stillreach.task import Task, Weights
 
@@ -49,6 +50,10 @@ EXAMPLE_2_FREE = "example-2-free"
 EXAMPLE_2_PSEUDOINVERSE = "example-2-failed-pseudoinverse"
 EXAMPLE_2_CLOSED_FORM = "example-2-failed-closed-form"
 EXAMPLE_2_EXACT = "example-2-failed-exact"
+EXAMPLE_2_STILLREACH = "example-2-failed-stillreach"
+
+TICKS_PER_STEP = 5
+"""The closed loop of stillreach ticks so often in a step of the others: 100 Hz at the default step of 0.05 s."""
 
 UNLIMITED = (EXAMPLE_2_PSEUDOINVERSE,)
 """Runs of the pseudoinverse without rate limits: the paper's baseline."""
@@ -67,7 +72,7 @@ def scenarios(
     Raises:
         InputError: an argument is none of this.
     """
-    duration = _door.positive("duration", duration)
+    step, duration = _door.positive("step", step), _door.positive("duration", duration)
     arm = paper_arm(lengths)
     first = _scenario(arm, START_1, MOVE_1, step, duration)
     second = _scenario(arm, START_2, MOVE_2, step, duration)
@@ -84,6 +89,15 @@ def scenarios(
         ),
         EXAMPLE_2_CLOSED_FORM: replace(broken, name="Example 2, joints 2, 4, 7 failed, closed-form damping"),
         EXAMPLE_2_EXACT: replace(broken, law=EXACT, name="Example 2, joints 2, 4, 7 failed, exact damping"),
+        EXAMPLE_2_STILLREACH: replace(
+            broken,
+            law=LeastError(max_gain=10.0),
+            task=Task(),
+            period=step / TICKS_PER_STEP,
+            track_gain=2.0,
+            null_motion=Manipulability(gain=0.5, max_rate=10.0),
+            name="Example 2, joints 2, 4, 7 failed, stillreach: least error, feedback, null motion on manipulability",
+        ),
     }
 
 
@@ -98,7 +112,7 @@ def commanded_twist(move: Sequence[float], duration: float) -> np.ndarray:
 
 
 def _scenario(arm: Arm, start: Any, move: Sequence[float], step: float, duration: float) -> Scenario:
-    """An example with all joints free, under the paper's law: eq. (9) takes the pseudoinverse wherever it meets the limit."""
+    """An example with all joints free; by eq. (9) the law is the pseudoinverse wherever that meets the limit."""
     return Scenario(
         arm=arm,
         start=np.deg2rad(start),
@@ -108,6 +122,7 @@ def _scenario(arm: Arm, start: Any, move: Sequence[float], step: float, duration
         period=step,
         duration=duration,
         rate_limits=np.deg2rad(RATE_LIMIT),
+        transition_rate=0.0,
     )
 
 

@@ -10,26 +10,44 @@ from stillreach.laws import LeastError
 from stillreach.paper.examples import EXACT, INCH, INCHES_AND_DEGREES, RATE_LIMIT
 from stillreach.simulate import Run
 from stillreach.simulate.attitude import pitch_yaw_roll
+from stillreach.simulate.path import followed
 
 
 def tool_start(run: Run) -> np.ndarray:
     """(3,) [in]."""
-    return run.pose[0, :3, 3] / INCH
+    place: np.ndarray = run.pose[0, :3, 3] / INCH
+    return place
 
 
 def tool_end(run: Run) -> np.ndarray:
     """(3,) [in]."""
-    return run.pose[-1, :3, 3] / INCH
+    place: np.ndarray = run.pose[-1, :3, 3] / INCH
+    return place
 
 
 def displacement(run: Run) -> np.ndarray:
     """How far the tool moved, (3,) [in]."""
-    return tool_end(run) - tool_start(run)
+    moved: np.ndarray = tool_end(run) - tool_start(run)
+    return moved
+
+
+def commanded_twist(run: Run) -> np.ndarray:
+    """The constant twist (6,) [m/s, rad/s] that the tool was told to make; feedback adds nothing to it at the start."""
+    twist: np.ndarray = run.command[0]
+    return twist
 
 
 def commanded_displacement(run: Run) -> np.ndarray:
-    """How far it was told to move, (3,) [in]; each command is held until the next tick."""
-    return np.diff(run.time) @ run.command[:-1, :3] / INCH
+    """How far it was told to move, (3,) [in]."""
+    return np.asarray(commanded_twist(run)[:3] * (run.time[-1] - run.time[0]) / INCH)
+
+
+def off_target(run: Run) -> tuple[np.ndarray, np.ndarray]:
+    """How far the tool is from where it was told to be, at every tick: (T,) [in] and (T,) [deg]."""
+    ordered = followed(run.pose[0], np.tile(commanded_twist(run), (len(run) - 1, 1)), np.diff(run.time))
+    distance = np.linalg.norm(run.pose[:, :3, 3] - ordered[:, :3, 3], axis=1) / INCH
+    between = np.linalg.norm(run.pose[:, :3, :3] - ordered[:, :3, :3], axis=(1, 2))  # √8 |sin(angle / 2)|
+    return distance, np.rad2deg(2.0 * np.arcsin(np.minimum(between / np.sqrt(8.0), 1.0)))
 
 
 def deviation(run: Run) -> np.ndarray:
@@ -40,12 +58,12 @@ def deviation(run: Run) -> np.ndarray:
 
 
 def largest_rate(run: Run) -> float:
-    """[deg/s]"""
+    """The largest that any joint ever had [deg/s]."""
     return float(np.rad2deg(np.max(np.abs(run.rates))))
 
 
 def passes(run: Run, limit: float) -> float:
-    """When the largest rate first passes a limit [deg/s], on the straight line between two ticks [s]; NaN if it never does."""
+    """When the largest rate first passes a limit [deg/s], between two ticks on a straight line [s]; NaN if never."""
     largest = np.rad2deg(np.max(np.abs(run.rates), axis=1))
     above = np.flatnonzero(largest > limit)
     if not len(above):
@@ -59,7 +77,7 @@ def passes(run: Run, limit: float) -> float:
 
 def off_the_line(run: Run) -> float:
     """Largest distance of the tool from the straight line that it was told to follow [in]."""
-    along = run.command[0, :3] / np.linalg.norm(run.command[0, :3])
+    along = commanded_twist(run)[:3] / np.linalg.norm(commanded_twist(run)[:3])
     moved = (run.pose[:, :3, 3] - run.pose[0, :3, 3]) / INCH
     return float(np.max(np.linalg.norm(moved - np.outer(moved @ along, along), axis=1)))
 
@@ -87,8 +105,9 @@ def largest_jump_of_damping(run: Run) -> float:
 
 
 def error_of_the_task(run: Run) -> float:
-    """Task error summed over time [in and deg]: how far the tool fell behind."""
-    return float(np.diff(run.time) @ run.task_error[:-1])
+    """Size of the residual in inches and degrees, summed over time: what the rates left undone."""
+    units = np.repeat([INCHES_AND_DEGREES.length, INCHES_AND_DEGREES.angle], 3)
+    return float(np.diff(run.time) @ np.linalg.norm(run.residual[:-1] / units, axis=1))
 
 
 def variation_of_the_rates(run: Run) -> float:
@@ -104,7 +123,8 @@ def smallest_singular_value(arm: Arm, run: Run) -> float:
 def error_above_the_optimum(arm: Arm, run: Run, faster: float) -> np.ndarray:
     """By which part the least possible task error is below the one of exact damping, where that one damps.
 
-    Both are asked the same question: the poses and faults of a run, its command so many times as fast, the paper's rate limit.
+    Both are asked the same question: the poses and faults of a run, its command so many times as fast, the paper's
+        rate limit.
     """
     exact, least = EXACT, LeastError(max_gain=None, weights=INCHES_AND_DEGREES)
     saved = []

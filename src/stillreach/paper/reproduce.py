@@ -26,8 +26,8 @@ def reproduce(
 ) -> bool:
     """Run both examples of the paper, draw its figures and judge its statements.
 
-    Writes ``figure-01.png`` to ``figure-12.png`` and two more, the runs (``example-….nc``), ``claims.json`` and ``report.md``. The
-    statements are those of the default step, duration and lengths; with others some need not hold.
+    Writes ``figure-01.png`` to ``figure-12.png`` and two more, the runs (``example-….nc``), ``claims.json`` and
+    ``report.md``. The statements are those of the default step, duration and lengths; with others some need not hold.
 
     Args:
         out: folder for everything; made if it is not there.
@@ -49,7 +49,13 @@ def reproduce(
     folder = Path(out)
     matplotlib_or_error("stillreach paper")
     with console.status("simulating") as status:
-        evidence.make(folder, step=step, duration=duration, lengths=lengths, on_run=lambda name: status.update(f"simulating {name}"))
+        evidence.make(
+            folder,
+            step=step,
+            duration=duration,
+            lengths=lengths,
+            on_run=lambda name: status.update(f"simulating {name}"),
+        )
         saved = evidence.load(folder, step=step, lengths=lengths)
         status.update("judging the claims")
         judged = claims.judged(saved)
@@ -74,4 +80,6 @@ def _print(console: Console, judged: list[claims.Claim], folder: Path) -> None:
         table.add_row(holds, claim.statement, claim.paper, f"{report.shown(claim.measured)}{unit}")
     console.print(table)
     count = sum(claim.holds for claim in judged)
-    console.print(f"{count} of {len(judged)} statements hold. Figures, runs and report: {folder / 'report.md'}", soft_wrap=True)
+    console.print(
+        f"{count} of {len(judged)} statements hold. Figures, runs and report: {folder / 'report.md'}", soft_wrap=True
+    )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,8 @@ from stillreach.arm import Arm
 from stillreach.show.style import SCREEN, Look, matplotlib_or_error
 
 SIDES = 20
-LINK_SHADE, JOINT_SHADE = 0.92, 0.62
+LINK, JOINT, FAILED = np.full(3, 0.92), np.full(3, 0.62), np.array([0.78, 0.16, 0.10])
+"""Colours in full light."""
 
 
 def stations(arm: Arm, q: npt.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
@@ -30,34 +33,47 @@ def stations(arm: Arm, q: npt.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     return np.array(points), np.array(axes)
 
 
-def draw(ax: Any, arm: Arm, q: npt.ArrayLike, *, look: Look = SCREEN, labels: bool = True) -> None:
-    """Draw the arm into 3D axes, with the axes of its tool, and fit the axes around it.
+def draw(
+    ax: Any,
+    arm: Arm,
+    q: npt.ArrayLike,
+    *,
+    look: Look = SCREEN,
+    labels: bool = True,
+    failed: Collection[int] = (),
+    alpha: float = 1.0,
+) -> None:
+    """Draw the arm into 3D axes, and fit the axes around it.
 
     Args:
         ax: axes with ``projection="3d"``.
         arm: the arm.
         q: (n,) joint values [rad] or [m].
         look: units.
-        labels: write the joints' names beside them.
+        labels: write the joints' names beside them, and draw the axes of the tool.
+        failed: indices of joints to draw as failed.
+        alpha: opacity.
     """
     matplotlib_or_error("drawing an arm")
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
     points, axes = stations(arm, q)
     points = points / look.length
     width = _thickness(points)
-    shapes = [(_tube(start, end, width), LINK_SHADE) for start, end in zip(points[:-1], points[1:], strict=True)]
-    for point, axis in zip(points[1:-1], axes, strict=True):
+    shapes = [(_tube(start, end, width), LINK) for start, end in pairwise(points)]
+    for joint, (point, axis) in enumerate(zip(points[1:-1], axes, strict=True)):
         along = 1.9 * width * axis
-        shapes.append((_tube(point - along, point + along, 1.55 * width), JOINT_SHADE))
-    faces = [(face, _lit(face, shade)) for tube, shade in shapes for face in tube]
+        shapes.append((_tube(point - along, point + along, 1.55 * width), FAILED if joint in failed else JOINT))
+    faces = [(face, (*_lit(face, colour), alpha)) for tube, colour in shapes for face in tube]
     # one collection, so that near faces hide far ones
     colours = [colour for _, colour in faces]
-    ax.add_collection3d(Poly3DCollection([face for face, _ in faces], facecolors=colours, edgecolors=colours, linewidths=0.4))
+    ax.add_collection3d(
+        Poly3DCollection([face for face, _ in faces], facecolors=colours, edgecolors=colours, linewidths=0.4)
+    )
     if labels:
+        _tool(ax, arm.forward(q), look, 5.0 * width)
         for name, point in zip(arm.joint_names, points[1:-1], strict=True):
             ax.text(*point, f"   {name}", fontsize=8, va="bottom")
-    _tool(ax, arm.forward(q), look, 5.0 * width)
     fit(ax, points)
 
 
@@ -76,31 +92,34 @@ def fit(ax: Any, points: np.ndarray) -> None:
     half = np.maximum(np.ptp(points, axis=0) + least, 2 * least) / 2
     low, high = middle - half, middle + half
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    ax.set_box_aspect(high - low, zoom=0.9)
+    ax.set_box_aspect(high - low, zoom=0.88)
     for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
         axis.set_major_locator(MultipleLocator(_round_step(float(np.max(high - low)) / 4)))
 
 
-def _tube(start: np.ndarray, end: np.ndarray, radius: float) -> list[np.ndarray]:
-    """Side faces and both caps of a cylinder."""
+def _tube(start: np.ndarray, end: np.ndarray, radius: float) -> np.ndarray:
+    """Side faces and both caps of a cylinder as quadrangles, (faces, 4, 3); none for one without length."""
     axis = end - start
     length = np.linalg.norm(axis)
     if length == 0.0:
-        return []
+        return np.empty((0, 4, 3))
     axis = axis / length
     across = np.cross(axis, (1.0, 0.0, 0.0) if abs(axis[0]) < 0.9 else (0.0, 1.0, 0.0))
     across /= np.linalg.norm(across)
     turn = np.linspace(0.0, 2 * np.pi, SIDES + 1)
     ring = radius * (np.outer(np.cos(turn), across) + np.outer(np.sin(turn), np.cross(axis, across)))
-    sides = [np.array([start + a, start + b, end + b, end + a]) for a, b in zip(ring[:-1], ring[1:], strict=True)]
-    return [*sides, start + ring[-2::-1], end + ring[:-1]]
+    a, b, middle = ring[:-1], ring[1:], np.zeros((SIDES, 3))
+    sides = np.stack([start + a, start + b, end + b, end + a], axis=1)
+    # caps in quadrangles, too: matplotlib pads faces of unequal corners with memory that it has not set
+    caps = [np.stack([point + middle, point + a, point + b, point + b], axis=1) for point in (start, end)]
+    return np.concatenate([sides, *caps])
 
 
-def _lit(face: np.ndarray, shade: float) -> np.ndarray:
+def _lit(face: np.ndarray, colour: np.ndarray) -> np.ndarray:
     """Colour of a face with light from the upper left, (3,)."""
     normal = np.cross(face[1] - face[0], face[2] - face[0])
     facing = abs(float(normal @ (-0.45, -0.55, 0.70))) / max(float(np.linalg.norm(normal)), 1e-300)
-    return np.full(3, shade * (0.72 + 0.28 * facing))
+    return np.asarray(colour * (0.72 + 0.28 * facing))
 
 
 def _tool(ax: Any, T: np.ndarray, look: Look, size: float) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from stillreach.simulate.run import Run
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+NO_ERROR = 1e-9
+"""A panel of task errors reaches at least so high: rounding errors are no error."""
 
 
 def angles(run: Run, ax: Axes, *, joints: Iterable[int] | None = None, look: Look = SCREEN) -> None:
@@ -83,6 +86,7 @@ def task_error(runs: Run | Sequence[Run], ax: Axes, *, names: Sequence[str] = ("
     """Weighted task error over time, of one or several runs."""
     for place, run in enumerate(_several(runs)):
         ax.plot(run.time, run.task_error, label=names[place], **look.compared(place))
+    ax.set_ylim(0.0, max(ax.get_ylim()[1], NO_ERROR))
     ax.set_ylabel("weighted task error")
     _finish(ax, named=len(names) > 1)
 
@@ -96,12 +100,19 @@ def damping(
         ax.plot(run.time, shown, label=names[place], **look.compared(place))
     if log:
         ax.set_yscale("log")
+    else:
+        ax.set_ylim(0.0, ax.get_ylim()[1])
     ax.set_ylabel("damping factor κ")
     _finish(ax, named=len(names) > 1)
 
 
 def largest_rate(
-    runs: Run | Sequence[Run], ax: Axes, *, names: Sequence[str] = ("",), limit: float | None = None, look: Look = SCREEN
+    runs: Run | Sequence[Run],
+    ax: Axes,
+    *,
+    names: Sequence[str] = ("",),
+    limit: float | None = None,
+    look: Look = SCREEN,
 ) -> None:
     """Largest joint rate over time [deg/s] of one or several runs of revolute arms, with the limit [deg/s]."""
     for place, run in enumerate(_several(runs)):
@@ -115,7 +126,7 @@ def largest_rate(
 def legend(ax: Axes) -> None:
     """The legend beside the panel, where it hides no line."""
     count = len(ax.get_legend_handles_labels()[1])
-    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.03), ncols=2 if count > 8 else 1, borderaxespad=0.3)
+    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.03), ncols=1 + count // 12, borderaxespad=0.3)
 
 
 def overview(run: Run, look: Look = SCREEN) -> Figure:
@@ -128,11 +139,14 @@ def overview(run: Run, look: Look = SCREEN) -> Figure:
         matplotlib_or_error("run.plot()")
         from matplotlib import pyplot
 
-        figure, axes = pyplot.subplots(3, 2, figsize=(11, 8.5), sharex=True, layout="constrained")
-        panels = ((angles, rates), (position, attitude), (task_error, damping))
+        figure, axes = pyplot.subplots(3, 2, figsize=(11, 8), sharex=True, layout="constrained")
+        panels: tuple[tuple[Any, Any], ...] = ((angles, rates), (position, attitude), (task_error, damping))
         for row, pair in zip(axes, panels, strict=True):
             for ax, panel in zip(row, pair, strict=True):
                 panel(run, ax, look=look)
+        axes[0, 0].legend().remove()  # the rates' legend beside it names the same lines
+        for ax in axes[1]:
+            ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.1)
         figure.suptitle(str(run.attrs.get("title", "")), fontsize=11, x=0.01, ha="left")
     return figure
 

@@ -69,10 +69,9 @@ class Look:
 
     def line(self, place: int) -> dict[str, Any]:
         """Style of the line at a place in its panel."""
-        colour = "black" if self.ink else COLOURS[place % len(COLOURS)]
-        if self.ink and place >= len(DASHES):
-            colour = "0.55"
-        return {"color": colour, "linestyle": DASHES[place % len(DASHES)]}
+        lap = place // len(DASHES)
+        colour = ("black" if lap == 0 else "0.55") if self.ink else COLOURS[place % len(COLOURS)]
+        return {"color": colour, "linestyle": DASHES[(place + (0 if self.ink else lap)) % len(DASHES)]}
 
 
 SCREEN = Look()

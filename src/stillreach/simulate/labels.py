@@ -16,7 +16,9 @@ def run_attributes(scenario: Scenario, *, interrupted: bool) -> dict[str, Attrib
 
     ``interrupted`` is 1 for a run that Ctrl-C ended early, else 0. ``rate_limits`` says so where there are none.
     """
-    limits = scenario.arm.velocity_limits if scenario.rate_limits is None else np.asarray(scenario.rate_limits, dtype=float)
+    limits = (
+        scenario.arm.velocity_limits if scenario.rate_limits is None else np.asarray(scenario.rate_limits, dtype=float)
+    )
     return {
         "title": scenario.name or f"{scenario.arm.name} under {type(scenario.law).__name__}",
         "arm": scenario.arm.name,
@@ -24,6 +26,8 @@ def run_attributes(scenario: Scenario, *, interrupted: bool) -> dict[str, Attrib
         "task": repr(scenario.task),
         "faults": "; ".join(map(repr, scenario.faults)) or "none",
         "rate_limits": "infinite: no rate limit" if np.all(np.isinf(limits)) else "see lower and upper",
+        "null_motion": "none" if scenario.null_motion is None else repr(scenario.null_motion),
+        "feedback": "none" if scenario.track_gain is None else f"on the pose, {scenario.track_gain:g} 1/s",
         "integrator": scenario.integrator,
         "period": float(scenario.period),
         "duration": float(scenario.duration or 0.0),

@@ -1,7 +1,6 @@
 """What the tool is told to do over time: constant twists one after the other, or a function of time.
 
-A commanded twist is [v; w] along base axes. Followed exactly from a pose (p, R) for a time t it leads to
-(p + v t, exp(w t) R): the point moves on a straight line while the attitude turns about a fixed axis.
+A commanded twist is [v; w] along base axes (see ``stillreach.simulate.path`` for where it leads).
 """
 
 from __future__ import annotations
@@ -61,7 +60,8 @@ def checked_motion(motion: Any) -> tuple[Motion, ...]:
     """The parts of a motion, from one part or several.
 
     Args:
-        motion: a Twist, a function of time, or a sequence of Twist of which the last part may be a function or lack a duration.
+        motion: a Twist, a function of time, or a sequence of Twist of which the last part may be a function or lack a
+            duration.
 
     Raises:
         InputError: it is something else, or a part follows one that never ends.
@@ -119,38 +119,3 @@ def _called(function: Callable[[float], npt.ArrayLike], t: float) -> npt.ArrayLi
     if np.ndim(value) == 0:  # one number must not stand for six here
         raise InputError(f"motion({t:g})", _door.describe(value), "6 finite numbers")
     return value
-
-
-def followed(T_start: npt.ArrayLike, twists: FloatArray, durations: npt.ArrayLike) -> FloatArray:
-    """The poses of a tool that follows held twists exactly, one after the other.
-
-    Args:
-        T_start: (4, 4) [m] pose at the start.
-        twists: (K, 6) [m/s, rad/s].
-        durations: (K,) or one for all [s] how long each is held.
-
-    Returns:
-        (K + 1, 4, 4) [m], the start first.
-
-    Raises:
-        InputError: a start that is not rigid.
-    """
-    held = np.broadcast_to(np.asarray(durations, dtype=np.float64), (len(twists),))
-    poses = np.empty((len(twists) + 1, 4, 4))
-    poses[0] = _door.pose("T_start", T_start)
-    poses[1:] = np.eye(4)
-    poses[1:, :3, 3] = poses[0, :3, 3] + np.cumsum(twists[:, :3] * held[:, None], axis=0)
-    for k, turn in enumerate(_rotations(twists[:, 3:] * held[:, None])):
-        poses[k + 1, :3, :3] = turn @ poses[k, :3, :3]
-    return poses
-
-
-def _rotations(vectors: FloatArray) -> FloatArray:
-    """exp([w]) of rotation vectors: (K, 3) [rad] -> (K, 3, 3), by Rodrigues' formula in half angles (no cancellation near 0)."""
-    angle = np.linalg.norm(vectors, axis=1)
-    first = np.sinc(angle / np.pi)[:, None, None]  # sin a / a
-    second = 0.5 * np.sinc(angle / (2 * np.pi))[:, None, None] ** 2  # (1 - cos a) / a²
-    x, y, z = vectors.T
-    zero = np.zeros_like(x)
-    K = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
-    return np.eye(3) + first * K + second * (K @ K)

@@ -32,7 +32,9 @@ class Progress:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         if self._bar is not None:
             self._bar.stop()
 
@@ -50,7 +52,8 @@ class Progress:
         from rich.progress import Progress as Bar
 
         columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
-        bar = Bar(*columns, console=Console(stderr=True), transient=True)
+        console = Console(stderr=True)
+        bar = Bar(*columns, console=console, transient=console.is_terminal)
         bar.add_task(self._label, total=self._total)
         bar.start()
         return bar

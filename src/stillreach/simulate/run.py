@@ -30,8 +30,8 @@ class Run:
         q: (T, n) joint values at the tick [rad] or [m].
         rates: (T, n) rates commanded at the tick [rad/s] or [m/s].
         pose: (T, 4, 4) pose of the tool in the base frame [m].
-        command: (T, 6) commanded twist [v; w] [m/s, rad/s].
-        residual: (T, 6) commanded twist minus the one that the rates make [m/s, rad/s].
+        command: (T, 6) twist [v; w] asked of the law, feedback included [m/s, rad/s].
+        residual: (T, 6) that twist minus the one that the rates make [m/s, rad/s].
         task_error: (T,) weighted norm of the residual.
         damping: (T,) damping factor, in units of the weighted J Jᵀ.
         scale: (T,) fraction of the commanded twist that was asked for.

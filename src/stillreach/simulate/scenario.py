@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, field
-from typing import Any
+from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -12,13 +11,27 @@ import numpy.typing as npt
 from stillreach import _door
 from stillreach._door import FloatArray
 from stillreach.arm import Arm
+from stillreach.control import Controller, NullMotion
 from stillreach.errors import InputError
 from stillreach.faults import Fault
-from stillreach.laws import LeastError
+from stillreach.laws import Law, LeastError
 from stillreach.simulate.motion import TICK_TOLERANCE, Motion, checked_motion, ends
 from stillreach.task import Task
 
 INTEGRATORS = ("euler", "rk4")
+CONTROLLER_SETTINGS = (
+    "law",
+    "task",
+    "period",
+    "rate_limits",
+    "position_limits",
+    "acceleration_limits",
+    "null_motion",
+    "track_limits",
+    "return_rate",
+    "transition_rate",
+)
+"""What a scenario hands to its controller as it is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,19 +41,25 @@ class Scenario:
     Args:
         arm: the arm.
         start: (n,) joint values at time 0 [rad] or [m].
-        motion: one Twist or function of time, or a list of Twist, one after the other, whose last part may be a function or
-            lack a duration. After the last part the commanded twist is zero.
-        faults: what fails when. A fault begins and ends at the first tick that is not before its time; of two on one joint
-            the one that began last holds.
-        law: how the rates are found.
-        task: what is asked of the tool.
+        motion: one Twist or function of time, or a list of Twist, one after the other, whose last part may be a
+            function or lack a duration. After the last part the commanded twist is zero.
+        faults: what fails when. A fault begins and ends at the first tick that is not before its time; of two on one
+            joint the one that began last holds.
+        law: how the rates are found; LeastError() where None.
+        task: what is asked of the tool; the full pose where None.
         period: time between ticks [s].
         duration: how long [s]; the last tick is the last one not after it. None is the motion's own.
-        integrator: ``"euler"`` (the rates of a tick are held until the next one, as a robot's drives do) or ``"rk4"`` (classical
-            fourth-order Runge-Kutta: the law is asked at half steps, too).
+        integrator: ``"euler"`` (the rates of a tick are held until the next one, as a robot's drives do) or ``"rk4"``
+            (classical fourth-order Runge-Kutta: the law is asked at half steps, too).
         rate_limits: (n,) or one for all [rad/s] or [m/s], inf for none; None takes the arm's own.
         position_limits: (n, 2) or one pair for all [rad] or [m]; None takes the arm's own.
         acceleration_limits: (n,) or one for all [rad/s²] or [m/s²], inf for none; None takes the arm's own.
+        null_motion: what is done with the freedom that the task leaves, as for Controller; None is nothing.
+        track_gain: [1/s] feedback on the pose that the commanded motion has led to (``Controller.track``, the command
+            as its feedforward); None: the commanded twist alone, no feedback.
+        track_limits: largest correction (linear [m/s], angular [rad/s]); None: no bound.
+        return_rate: [rad/s, m/s] at which joints outside their position limits are asked back, as for Controller.
+        transition_rate: [1/s] how fast the null motion takes over again after a fault, as for Controller; 0: at once.
         name: what plots and files call it.
 
     Raises:
@@ -53,20 +72,27 @@ class Scenario:
     start: FloatArray
     motion: Sequence[Motion] | Motion
     faults: Sequence[Fault] = ()
-    law: Any = field(default_factory=LeastError)
-    task: Task = field(default_factory=Task)
+    law: Law | None = None
+    task: Task | None = None
     period: float = 0.01
     duration: float | None = None
     integrator: str = "euler"
     rate_limits: npt.ArrayLike | None = None
     position_limits: npt.ArrayLike | None = None
     acceleration_limits: npt.ArrayLike | None = None
+    null_motion: NullMotion | npt.ArrayLike | None = None
+    track_gain: float | None = None
+    track_limits: tuple[float, float] | None = None
+    return_rate: float = 0.0
+    transition_rate: float = 2.0
     name: str = ""
 
     def __post_init__(self) -> None:
         if not isinstance(self.arm, Arm):
             raise InputError("arm", _door.describe(self.arm), "an Arm")
         checked = {
+            "law": LeastError() if self.law is None else self.law,
+            "task": Task() if self.task is None else self.task,
             "start": _door.vector("start", self.start, self.arm.n),
             "motion": checked_motion(self.motion),
             "faults": self._checked_faults(),
@@ -76,18 +102,35 @@ class Scenario:
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
+        self.controller()  # refuses what it cannot use, here and not in the middle of a program
+
+    def controller(self) -> Controller:
+        """A new controller as the scenario describes it, nothing failed yet.
+
+        Raises:
+            InputError: one of its settings is not what it should be.
+        """
+        settings = {name: getattr(self, name) for name in CONTROLLER_SETTINGS}
+        return Controller(self.arm, track_gain=0.0 if self.track_gain is None else self.track_gain, **settings)
+
+    def task_pose(self, q: FloatArray) -> FloatArray:
+        """Pose of the task's point at joint values (n,), (4, 4) [m]."""
+        T = self.arm.forward(q)
+        return T if self.task is None or self.task.tool is None else T @ self.task.tool
 
     @property
     def steps(self) -> int:
         """Number of steps; a run of it has one tick more."""
         assert self.duration is not None
-        return int(np.floor(self.duration / self.period + TICK_TOLERANCE))
+        ticks = self.duration / self.period
+        return int(np.floor(ticks + _slack(ticks)))
 
     def tick_at(self, time: float) -> int:
         """The first tick that is not before a time [s]; infinite times are after every tick."""
         if np.isinf(time):
             return self.steps + 1
-        return max(0, int(np.ceil(time / self.period - TICK_TOLERANCE)))
+        ticks = time / self.period
+        return max(0, int(np.ceil(ticks - _slack(ticks))))
 
     def part_starts(self) -> list[int]:
         """The tick from which on each part of the motion is commanded; one more for the rest after the last."""
@@ -108,3 +151,8 @@ class Scenario:
         if len(last) == 0 or np.isinf(last[-1]):
             raise InputError("duration", "None", "a time above 0: this motion has no end of its own")
         return float(last[-1])
+
+
+def _slack(ticks: float) -> float:
+    """How far rounding may put a time, in ticks, from the tick that was meant."""
+    return float(TICK_TOLERANCE + 4 * np.finfo(float).eps * ticks)

@@ -6,13 +6,11 @@ import time
 
 import numpy as np
 
-from stillreach._door import FloatArray
-from stillreach.control import Controller
 from stillreach.errors import SimulationInterrupted
 from stillreach.simulate.events import fault_changes
 from stillreach.simulate.fields import empty_record
 from stillreach.simulate.labels import run_attributes
-from stillreach.simulate.motion import checked_motion, commands
+from stillreach.simulate.orders import Orders
 from stillreach.simulate.progress import Progress
 from stillreach.simulate.run import Run
 from stillreach.simulate.scenario import Scenario
@@ -42,9 +40,9 @@ def simulate(scenario: Scenario, *, progress: bool | None = None) -> Run:
     simulation = _Simulation(scenario)
     try:
         with Progress(scenario.name or "simulating", simulation.ticks, progress) as bar:
-            while simulation.done < simulation.ticks:
+            while simulation.tick < simulation.ticks:
                 simulation.advance()
-                bar.update(simulation.done)
+                bar.update(simulation.tick)
     except SimulationInterrupted:
         raise
     except KeyboardInterrupt:
@@ -58,21 +56,13 @@ class _Simulation:
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
         self.ticks = scenario.steps + 1
-        self.controller = Controller(
-            scenario.arm,
-            law=scenario.law,
-            task=scenario.task,
-            period=scenario.period,
-            rate_limits=scenario.rate_limits,
-            position_limits=scenario.position_limits,
-            acceleration_limits=scenario.acceleration_limits,
-        )
+        self.controller = scenario.controller()
         self.record = empty_record(self.ticks, scenario.arm.n)
         self.record["time"][:] = np.arange(self.ticks) * scenario.period
         self.record["status"][:] = NOT_COMPUTED
         self.q = scenario.start.copy()
         self.changes = fault_changes(scenario)
-        self.starts = scenario.part_starts()
+        self.orders = Orders(scenario)
         self.chunk = FIRST_CHUNK
         self.tick = 0
 
@@ -83,17 +73,16 @@ class _Simulation:
         return self.tick + int(missing[0]) if len(missing) else self.ticks
 
     def advance(self) -> None:
-        """One chunk, up to the next tick at which a fault or the motion changes."""
-        for joint, kind in self.changes.get(self.tick, ()):
-            if kind is None:
-                self.controller.restore(joint)
-            else:
-                self.controller.fail(joint, kind)
+        """One chunk, up to the next change of faults or motion; the tick at the final state is one of its own."""
+        self._change_faults()
         first, end = self.tick, self._chunk_end()
+        last = first == self.ticks - 1
         began = time.perf_counter()
-        twists = self._commands(first, end)
+        twists, targets = self.orders.chunk(first, end, last=last)
         rows = {name: array[first:end] for name, array in self.record.items() if name != "time"}
-        self.controller.rollout(self.q, twists, integrator=self.scenario.integrator, record=rows)
+        self.controller.rollout(
+            self.q, twists, targets, integrator=self.scenario.integrator, advance=not last, record=rows
+        )
         self.tick = end
         self._adapt(end - first, time.perf_counter() - began)
 
@@ -107,21 +96,16 @@ class _Simulation:
             attrs=run_attributes(self.scenario, interrupted=interrupted),
         )
 
+    def _change_faults(self) -> None:
+        for joint, kind in self.changes.get(self.tick, ()):
+            if kind is None:
+                self.controller.restore(joint)
+            else:
+                self.controller.fail(joint, kind)
+
     def _chunk_end(self) -> int:
-        breaks = [tick for tick in (*self.changes, *self.starts) if tick > self.tick]
-        return min([self.tick + self.chunk, self.ticks, *breaks])
-
-    def _commands(self, first: int, end: int) -> FloatArray:
-        """Commands at the stages of the chunk's steps: its ticks, with half steps and the last step's end for Runge-Kutta.
-
-        All are of one part of the motion. A part begins with a step, so that no step crosses the jump between two.
-        """
-        part = sum(start <= first for start in self.starts) - 1
-        if self.scenario.integrator == "euler":
-            times = self.record["time"][first:end]
-        else:
-            times = np.arange(2 * first, 2 * end + 1) * (self.scenario.period / 2)
-        return commands(checked_motion(self.scenario.motion), times, part)
+        breaks = (*self.changes, *self.orders.starts, self.ticks - 1, self.ticks)
+        return min(self.tick + self.chunk, *(tick for tick in breaks if tick > self.tick))
 
     def _adapt(self, ticks: int, seconds: float) -> None:
         """Chunks of about CHUNK_SECONDS, growing by at most a factor of 4 at a time."""

@@ -64,22 +64,26 @@ def one_slide():
     return sr.Arm([sr.Joint(kind="prismatic", axis=(0, -2, 0))], name="one slide")
 
 
-def odd_arms():
-    """Every arm that the kinematics is tested on."""
-    return [
-        sr.arms.nasa_modular(),
-        sr.arms.nasa_modular(lengths=[0.0, 1.0, 0.2, 0.3, 0.4, 0.5]),
-        sr.arms.planar(1),
-        sr.arms.planar(5),
-        sr.arms.snake(9),
-        sr.arms.canadarm2(),
-        skew(),
-        slides_and_turns(),
-        mounted(),
-        forty(),
-        upside_down(),
-        one_slide(),
-    ]
+def uneven():
+    """The paper's arm with segments of other lengths, one of them 0."""
+    return sr.arms.nasa_modular(lengths=[0.0, 1.0, 0.2, 0.3, 0.4, 0.5])
+
+
+ODD_ARMS = {
+    "paper": sr.arms.nasa_modular,
+    "uneven": uneven,
+    "planar1": lambda: sr.arms.planar(1),
+    "planar5": lambda: sr.arms.planar(5),
+    "snake9": lambda: sr.arms.snake(9),
+    "canadarm2": sr.arms.canadarm2,
+    "skew": skew,
+    "slides and turns": slides_and_turns,
+    "mounted": mounted,
+    "forty": forty,
+    "upside down": upside_down,
+    "one slide": one_slide,
+}
+"""Every arm that the kinematics is tested on, by name."""
 
 
 def configurations(n, seed=0):
@@ -88,3 +92,9 @@ def configurations(n, seed=0):
     signs = np.where(np.arange(n) % 2 == 0, 1.0, -1.0)
     special = [np.zeros(n), 1e-7 * signs, np.full(n, np.pi), -np.pi * signs, np.pi / 2 * signs, 1e3 * signs]
     return np.array([*special, 1e3 * rng.uniform(-1, 1, n), *rng.uniform(-np.pi, np.pi, (8, n))])
+
+
+def scale(arm, q):
+    """Size of the numbers involved [m]: links and slides, at least 1."""
+    links = sum(np.linalg.norm(joint.placement[:3, 3]) for joint in arm.joints) + np.linalg.norm(arm.tool[:3, 3])
+    return 1.0 + links + np.sum(np.abs(q[arm.kinds == 1]))

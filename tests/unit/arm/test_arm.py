@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stillreach as sr
-from tests.unit.arm.odd_arms import odd_arms, placement
+from tests.unit.arm.odd_arms import placement
 
 
 def slide_and_turn():
@@ -62,7 +62,6 @@ def test_an_arm_cannot_be_changed():
 
 
 @pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda arm: pickle.loads(pickle.dumps(arm))])
-@pytest.mark.parametrize("arm", odd_arms(), ids=lambda arm: f"{arm.name}-{arm.n}")
 def test_copies_are_the_same_arm(again, arm):
     arm.forward(np.zeros(arm.n))  # its compiled model exists, and does not stand in the way
     other = again(arm)

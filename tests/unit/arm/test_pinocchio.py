@@ -2,10 +2,8 @@
 
 import numpy as np
 import pinocchio as pin
-import pytest
 
-from tests.unit.arm.odd_arms import configurations, odd_arms
-from tests.unit.arm.test_kinematics import scale
+from tests.unit.arm.odd_arms import configurations, scale
 
 
 def pinocchio_model(arm):
@@ -19,7 +17,6 @@ def pinocchio_model(arm):
     return model, tool
 
 
-@pytest.mark.parametrize("arm", odd_arms(), ids=lambda arm: f"{arm.name}-{arm.n}")
 def test_pose_and_jacobian_agree_with_pinocchio(arm):
     model, tool = pinocchio_model(arm)
     data = model.createData()

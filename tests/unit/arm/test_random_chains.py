@@ -6,8 +6,7 @@ from hypothesis import strategies as st
 
 import stillreach as sr
 from tests.unit.arm import literal_kinematics as literal
-from tests.unit.arm.odd_arms import placement
-from tests.unit.arm.test_kinematics import scale
+from tests.unit.arm.odd_arms import placement, scale
 
 lengths = st.floats(-10, 10)
 vectors = st.tuples(lengths, lengths, lengths)

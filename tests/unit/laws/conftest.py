@@ -36,13 +36,38 @@ def ask():
     return ask
 
 
+class Tally(Counter):
+    """Counts cases by class, and remembers which facts did not hold for which case."""
+
+    def __init__(self):
+        super().__init__()
+        self.broken = []
+
+    def holds(self, fact, case, *numbers):
+        """Note whether a fact holds for a case; `numbers` are shown where it does not."""
+        if not fact:
+            self.broken.append(f"{case.label} {' '.join(f'{n:.6g}' for n in numbers)}")
+        return bool(fact)
+
+    def keeps_bounds(self, case, rates):
+        """Finite, inside the bounds, failed joints at exactly their rate."""
+        self.holds(np.all(np.isfinite(rates)), case)
+        self.holds(np.all((case.lower <= rates) & (rates <= case.upper)), case)
+        self.holds(np.array_equal(rates[case.failed], case.lower[case.failed]), case)
+
+    def settle(self):
+        """Fail the test if any fact did not hold."""
+        shown = "\n".join(self.broken[:20])
+        assert not self.broken, f"{len(self.broken)} times:\n{shown}"
+
+
 @pytest.fixture
 def tally(capsys, request):
-    """A counter of cases by class, printed when the test ends."""
-    counts = Counter()
-    yield counts
+    """A Tally whose counts are printed when the test ends."""
+    tally = Tally()
+    yield tally
     with capsys.disabled():
-        print(f"\n  {request.node.name}: " + ", ".join(f"{name} {counts[name]}" for name in sorted(counts)))
+        print(f"\n  {request.node.name}: " + ", ".join(f"{name} {tally[name]}" for name in sorted(tally)))
 
 
 @pytest.fixture(scope="session")
@@ -53,7 +78,7 @@ def distance():
     """
 
     def distance(case, rates, expected):
-        scale = np.linalg.norm(expected) + case.decomposed.unreachable * np.linalg.norm(case.decomposed.back, 2)
+        scale = np.linalg.norm(expected) + case.decomposed.unreachable * case.decomposed.back_size
         gap = np.linalg.norm(rates - expected)
         return gap / scale if gap > 0 else 0.0
 

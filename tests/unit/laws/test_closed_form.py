@@ -17,11 +17,11 @@ def distinct(s):
 
 
 @pytest.mark.parametrize("norm", ["inf", "2"])
-def test_is_eq_16_where_the_pseudoinverse_exceeds_the_limit(norm, paper_cases, ask, tally):
+def test_is_eq_16_where_the_pseudoinverse_exceeds_the_limit(norm, paper_cases, ask, tally, tolerance):
     for case in paper_cases:
         out, problem = ask(sr.SingularityRobust, case, damping="closed-form", norm=norm), case.decomposed
         limit = np.max(case.upper[problem.working], initial=0.0)
-        assert np.all((case.lower <= out.rates) & (out.rates <= case.upper)), case.label
+        tally.keeps_bounds(case, out.rates)
         if problem.kind in ("near the rank tolerance", "no working joint") or problem.rank == 0:
             continue
         if np.any(problem.start[problem.working] != 0):
@@ -30,7 +30,7 @@ def test_is_eq_16_where_the_pseudoinverse_exceeds_the_limit(norm, paper_cases, a
         over = rate_norm(problem.rates()[problem.working], norm) / limit
         noise = 1e-9 + 100 * np.finfo(float).eps * problem.condition**2
         if over < 1 - noise:
-            assert out.damping == 0.0, case.label
+            tally.holds(out.damping == 0.0, case)
             continue
         v = problem.back @ problem.vt[: problem.rank].T
         beta = problem.u[:, : problem.rank].T @ problem.x
@@ -39,12 +39,15 @@ def test_is_eq_16_where_the_pseudoinverse_exceeds_the_limit(norm, paper_cases, a
             tally["at the limit"] += 1
         elif distinct(problem.s[: problem.rank]) > 1e-3:
             tally["compared"] += 1
-            assert out.damping == pytest.approx(expected, rel=1e-9), case.label
+            off = abs(out.damping / expected - 1)
+            outside = np.linalg.norm(problem.x) / np.linalg.norm(beta)  # a twist almost out of reach leaves few digits
+            tally.holds(off <= 2 * tolerance(case) * outside, case, off, problem.condition, outside)
         else:
             tally["equal singular values"] += 1
-            assert out.damping > 0
-        assert rate_norm(out.rates[problem.working] / limit, norm) <= 1 + 1e-12, case.label
-        assert not out.status & sr.Status.CLIPPED, case.label
+            tally.holds(out.damping > 0, case)
+        tally.holds(rate_norm(out.rates[problem.working] / limit, norm) <= 1 + 1e-12, case)
+        tally.holds(sr.Status.CLIPPED not in out.status, case)
+    tally.settle()
 
 
 @pytest.mark.parametrize("norm", ["inf", "2"])

@@ -13,16 +13,15 @@ import stillreach as sr
 from oracles import box
 from oracles.kinematics import planar_arm
 
-SAMPLE = 20_000 if os.environ.get("STILLREACH_FULL") else 1_000
+SAMPLE = 20_000 if os.environ.get("STILLREACH_FULL") else 500
 
 
 @pytest.mark.timeout(600)
 def test_no_larger_fraction_is_feasible(bound_cases, ask, tally):
     for i, case in enumerate(bound_cases):
         out, problem = ask(sr.KeepDirection, case), case.boxed
-        assert np.all((case.lower <= out.rates) & (out.rates <= case.upper)), case.label
-        np.testing.assert_array_equal(out.rates[case.failed], case.lower[case.failed], case.label)
-        assert 0.0 <= out.scale <= 1.0, case.label
+        tally.keeps_bounds(case, out.rates)
+        tally.holds(0.0 <= out.scale <= 1.0, case, out.scale)
         if case.decomposed.kind != "regular" or case.decomposed.condition > 1e6:
             tally["only bounds: " + case.decomposed.kind.replace("regular", "nearly singular")] += 1
             continue
@@ -30,14 +29,18 @@ def test_no_larger_fraction_is_feasible(bound_cases, ask, tally):
         if out.scale > 0:
             off = problem.j @ rates - out.scale * problem.x
             size = 1.0 + np.linalg.norm(problem.j) * np.linalg.norm(rates)
-            assert np.linalg.norm(off) <= 1e-10 * size, case.label
+            tally.holds(np.linalg.norm(off) <= 1e-10 * size, case, np.linalg.norm(off) / size)
         bound = box.scale_bound(problem.j, problem.x, problem.lower, problem.upper, rates)
         proved = out.scale >= 1.0 or (out.scale > 0 and bound <= out.scale + 1e-9)
         tally["proved by duality" if proved else "left to the linear program"] += 1
         if not proved or i < SAMPLE:
-            best = box.largest_scale(problem.j, problem.x, problem.lower, problem.upper)
-            assert out.scale == pytest.approx(best or 0.0, abs=1e-9), case.label
+            best, off = box.largest_scale(problem.j, problem.x, problem.lower, problem.upper)
             tally["linear programs"] += 1
+            if off > 1e-13 * (1.0 + np.linalg.norm(rates)):
+                tally["the linear program leaves the direction"] += 1
+                continue
+            tally.holds(abs(out.scale - (best or 0.0)) <= 1e-9, case, out.scale, best or 0.0, case.decomposed.condition)
+    tally.settle()
 
 
 def test_then_the_nearest_to_the_reference(bound_cases, ask, tally):
@@ -46,7 +49,7 @@ def test_then_the_nearest_to_the_reference(bound_cases, ask, tally):
         problem = case.boxed
         if case.decomposed.kind != "regular" or case.decomposed.condition > 1e3:
             continue
-        reference = rng.normal(size=case.j.shape[1]) * problem.unit * rng.choice([0.0, 1.0])
+        reference = np.where(case.failed, 0.0, rng.normal(size=case.j.shape[1]) * problem.unit * rng.choice([0.0, 1.0]))
         out = ask(sr.KeepDirection, case, reference=reference)
         rates, target = out.rates / problem.unit, reference / problem.unit
         if out.scale == 0:
@@ -57,7 +60,8 @@ def test_then_the_nearest_to_the_reference(bound_cases, ask, tally):
             continue
         tally["compared"] += 1
         ours, theirs = (np.sqrt((r - target) @ problem.weight @ (r - target)) for r in (rates, nearest))
-        assert ours <= theirs * (1 + 1e-6) + 1e-9, f"{case.label}: {ours - theirs:.3g}"
+        tally.holds(ours <= theirs * (1 + 1e-6) + 1e-9, case, ours, theirs)
+    tally.settle()
     assert tally["compared"] > 1000
 
 

@@ -18,18 +18,23 @@ SAMPLE = 20_000 if os.environ.get("STILLREACH_FULL") else 3_000
 RANK_TOLERANCE = 1e-10
 
 
-def allowance(case, other):
-    """By how much a solver without a rank tolerance may do better: what directions below the tolerance can add."""
-    across = 0.0 if case.decomposed.kind == "regular" and case.decomposed.condition < 1e4 else RANK_TOLERANCE
-    return 1e-9 + across * np.linalg.norm(other)
+def between(problem, rates):
+    """(n,) bool: the joints that `rates` leaves between their bounds."""
+    return (rates > problem.lower) & (rates < problem.upper)
+
+
+def allowance(problem, other):
+    """By how much a solver without a rank tolerance may do better: rounding, and directions below the tolerance."""
+    s = np.linalg.svd(problem.j[:, between(problem, other)], compute_uv=False)
+    dependent = np.any(s < 10 * RANK_TOLERANCE)
+    return 1e-9 + (100 * np.finfo(float).eps + 10 * RANK_TOLERANCE * dependent) * np.linalg.norm(other)
 
 
 @pytest.mark.timeout(600)
 def test_no_solver_has_a_smaller_error(bound_cases, ask, tally):
     for case in bound_cases[:SAMPLE]:
         out, problem = ask(sr.LeastError, case, max_gain=None), case.boxed
-        assert np.all((case.lower <= out.rates) & (out.rates <= case.upper)), case.label
-        np.testing.assert_array_equal(out.rates[case.failed], case.lower[case.failed], case.label)
+        tally.keeps_bounds(case, out.rates)
         tally[case.decomposed.kind] += 1
         if case.decomposed.kind == "near the rank tolerance":
             continue
@@ -37,16 +42,14 @@ def test_no_solver_has_a_smaller_error(bound_cases, ask, tally):
         for solver in (box.least_error_bvls, box.least_error_daqp):
             rates = solver(problem.j, problem.x, problem.lower, problem.upper)
             theirs = box.error(problem.j, problem.x, rates)
-            message = f"{case.label}: {ours - theirs:.3g} above {solver.__name__}"
-            assert ours <= theirs + allowance(case, rates), message
+            tally.holds(ours <= theirs + allowance(problem, rates), case, ours, theirs, case.decomposed.condition)
+    tally.settle()
 
 
 def test_duality_proves_the_error_least(bound_cases, ask, tally):
     for case in bound_cases:
         out, problem = ask(sr.LeastError, case, max_gain=None), case.boxed
-        assert np.all((case.lower <= out.rates) & (out.rates <= case.upper)), case.label
-        assert np.all(np.isfinite(out.rates)), case.label
-        assert not out.status & sr.Status.ITERATION_LIMIT, case.label
+        tally.keeps_bounds(case, out.rates)
         rates = out.rates / problem.unit
         excess = box.excess_error_bound(problem.j, problem.x, problem.lower, problem.upper, rates)
         width = np.where(np.isfinite(problem.upper), problem.upper - problem.lower, 0.0)
@@ -55,22 +58,22 @@ def test_duality_proves_the_error_least(bound_cases, ask, tally):
             tally["near the rank tolerance"] += 1
         elif reach < 1e4:
             tally["proved"] += 1
-            assert excess <= 1e-8 * reach, f"{case.label}: {excess:.3g}"
+            tally.holds(excess <= 1e-8 * reach, case, excess, case.decomposed.condition)
         else:
             tally["bounds too wide for the proof"] += 1
+    tally.settle()
 
 
 def test_among_equals_the_nearest_to_the_reference(bound_cases, ask, tally):
     rng = np.random.default_rng(21)
     for case in bound_cases[: 2 * SAMPLE]:
         problem = case.boxed
-        reference = rng.normal(size=case.j.shape[1]) * problem.unit * rng.choice([0.0, 1.0])
+        reference = np.where(case.failed, 0.0, rng.normal(size=case.j.shape[1]) * problem.unit * rng.choice([0.0, 1.0]))
         rates = ask(sr.LeastError, case, max_gain=None, reference=reference).rates / problem.unit
         if case.decomposed.kind in ("near the rank tolerance", "no working joint"):
             continue
-        between = case.decomposed.working & (rates > problem.lower) & (rates < problem.upper)
-        s = np.linalg.svd(problem.j[:, between], compute_uv=False)
-        if np.any((s > 1e-13) & (s < 1e-4)):
+        s = np.linalg.svd(problem.j[:, between(problem, rates)], compute_uv=False)
+        if np.any((s > 1e-15) & (s < 1e-4)):
             tally["free joints nearly dependent"] += 1
             continue
         target = reference / problem.unit
@@ -80,7 +83,8 @@ def test_among_equals_the_nearest_to_the_reference(bound_cases, ask, tally):
             continue
         tally["compared"] += 1
         ours, theirs = (np.sqrt((r - target) @ problem.weight @ (r - target)) for r in (rates, nearest))
-        assert ours <= theirs * (1 + 1e-6) + 1e-9, f"{case.label}: {ours - theirs:.3g}"
+        tally.holds(ours <= theirs * (1 + 1e-6) + 1e-9, case, ours, theirs)
+    tally.settle()
     assert tally["compared"] > 0.6 * 2 * SAMPLE
     assert tally["the solver gave up"] < 0.05 * 2 * SAMPLE
 
@@ -92,26 +96,30 @@ def test_the_worked_planar_arm():
     assert out.task_error == pytest.approx(2.3150470, abs=5e-8)
 
 
-def test_a_larger_box_never_has_a_larger_error(ask):
+def test_a_larger_box_never_has_a_larger_error(tally):
     rng = np.random.default_rng(22)
     law = sr.LeastError(max_gain=None)
     for case in law_cases(1500, 23, bounds=("symmetric", "per joint", "one-sided"), scaled=0.0):
-        errors = []
+        errors, rounding = [], 1e-9 * np.linalg.norm(case.twist)
         lower, upper = case.lower, case.upper
         for _ in range(4):
             out = law.solve(case.j, case.twist, sr.Bounds(lower, upper), row_kinds=case.rows)
             errors.append(out.task_error)
+            rounding = max(rounding, 1e-12 * np.linalg.norm(case.j) * np.linalg.norm(out.rates))
             lower, upper = (side * rng.uniform(1.0, 2.0, len(side)) for side in (lower, upper))
-        assert np.all(np.diff(errors) <= 1e-9 * np.linalg.norm(case.twist)), f"{case.label}: {errors}"
+        tally.holds(np.all(np.diff(errors) <= rounding), case, *errors)
+    tally.settle()
 
 
-def test_never_worse_than_exact_damping(paper_cases, ask):
+def test_never_worse_than_exact_damping(paper_cases, ask, tally):
     for case in paper_cases[:4000]:
         if case.decomposed.kind == "near the rank tolerance":
             continue
         least, damped = ask(sr.LeastError, case, max_gain=None), ask(sr.SingularityRobust, case)
         size = np.linalg.norm(case.decomposed.x) + case.decomposed.s[0] if case.decomposed.s.size else 1.0
-        assert least.task_error <= damped.task_error * (1 + 1e-9) + 1e-9 * size, case.label
+        worse = least.task_error - damped.task_error
+        tally.holds(worse <= 1e-9 * (damped.task_error + size), case, worse, case.decomposed.condition)
+    tally.settle()
 
 
 def test_one_joint_stops_at_its_bound_and_the_other_helps():

@@ -15,10 +15,31 @@ def test_is_the_svd_solution_over_the_working_joints(paper_cases, ask, tally, di
         out = ask(sr.Pseudoinverse, case)
         problem = case.decomposed
         tally[problem.kind] += 1
-        assert np.all(np.isfinite(out.rates)), case.label
-        np.testing.assert_array_equal(out.rates[case.failed], case.lower[case.failed], case.label)
+        tally.holds(np.all(np.isfinite(out.rates)), case)
+        tally.holds(np.array_equal(out.rates[case.failed], case.lower[case.failed]), case)
         if problem.kind != "near the rank tolerance":
-            assert distance(case, out.rates, problem.rates()) <= tolerance(case), case.label
+            off = distance(case, out.rates, problem.rates())
+            tally.holds(off <= tolerance(case), case, off, problem.condition)
+    tally.settle()
+
+
+def test_the_task_is_met_as_well_as_rounding_allows(paper_cases, ask, tally):
+    """A small error in the rates is not enough: near a singularity it may be a large one in the tool's motion."""
+    for case in paper_cases:
+        problem = case.decomposed
+        tally[problem.kind] += 1
+        if problem.kind in ("near the rank tolerance", "no working joint"):
+            continue
+        out = ask(sr.Pseudoinverse, case)
+        u = problem.u[:, : problem.rank]
+        least = np.linalg.norm(problem.x - u @ (u.T @ problem.x))
+        moved = problem.s[0] * np.linalg.norm(
+            np.linalg.solve(problem.back, (out.rates - problem.start)[problem.working])
+        )
+        size = np.linalg.norm(problem.x) + moved
+        excess = (out.task_error - least) / (size or 1.0)
+        tally.holds(excess <= 1e-12, case, excess, problem.condition)
+    tally.settle()
 
 
 def test_says_when_it_exceeds_a_bound_and_when_a_rank_is_missing(paper_cases, ask):

@@ -53,13 +53,15 @@ def test_it_disturbs_the_task_in_no_case(bound_cases, ask, tally):
         nu = rng.normal(size=case.j.shape[1]) * (np.linalg.norm(problem.rates()) or 1.0)
         plain, moved = (ask(sr.SingularityRobust, case, reference=r) for r in (None, nu))
         tally[problem.kind] += 1
-        assert np.all((case.lower <= moved.rates) & (moved.rates <= case.upper)), case.label
-        np.testing.assert_array_equal(moved.rates[case.failed], case.lower[case.failed], case.label)
+        tally.keeps_bounds(case, moved.rates)
         if problem.kind in ("regular", "no working joint") and not plain.status & sr.Status.CLIPPED:
             moves = np.linalg.norm(moved.rates) + np.linalg.norm(nu)
             size = np.linalg.norm(case.j) * moves + np.linalg.norm(case.twist)
-            assert np.linalg.norm(moved.residual - plain.residual) <= 1e-8 * size, case.label
-            assert moved.damping == plain.damping, case.label
+            rounding = 1e-9 + 1e4 * np.finfo(float).eps * problem.condition  # limits that differ make J D worse than J
+            disturbed = np.linalg.norm(moved.residual - plain.residual) / (size or 1.0)
+            tally.holds(disturbed <= rounding, case, disturbed, problem.condition)
+            tally.holds(moved.damping == plain.damping, case)
+    tally.settle()
 
 
 def test_with_joint_weights_it_is_the_nearest_in_those_weights(ask):

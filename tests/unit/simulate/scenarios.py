@@ -29,4 +29,6 @@ def small_run(**changes):
         sr.Fault("j7", at=0.75, kind=sr.Runaway(0.05), until=1.25),
     ]
     settings = {"motion": waving, "period": 0.05, "duration": 1.5, "law": sr.SingularityRobust(), "name": "a small run"}
-    return sr.simulate(sr.Scenario(**{"arm": arm, "start": eight_joints_start(), "faults": faults, **settings, **changes}))
+    return sr.simulate(
+        sr.Scenario(**{"arm": arm, "start": eight_joints_start(), "faults": faults, **settings, **changes})
+    )

@@ -40,7 +40,9 @@ def test_a_locked_joint_stays_where_it_was_and_moves_again_when_restored():
 
 
 def test_a_derated_joint_keeps_to_its_part_of_the_limit_and_a_runaway_to_its_rate():
-    run = run_with(sr.Fault(1, at=0.4, kind=sr.Derated(0.02)), sr.Fault("j6", at=0.6, kind=sr.Runaway(-0.03), until=1.5))
+    run = run_with(
+        sr.Fault(1, at=0.4, kind=sr.Derated(0.02)), sr.Fault("j6", at=0.6, kind=sr.Runaway(-0.03), until=1.5)
+    )
     assert np.max(np.abs(run.rates[4:, 1])) <= 0.04 < np.max(np.abs(run.rates[:4, 1]))
     assert np.all(run.upper[4:, 1] == 0.02 * 2.0)
     assert np.all(run.rates[6:15, 5] == -0.03)

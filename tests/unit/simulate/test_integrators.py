@@ -1,4 +1,4 @@
-"""Orders of convergence, against an integration that shares nothing with the package: SciPy's, on the law written out."""
+"""Orders of convergence, against an integration that shares nothing with the package: SciPy's."""
 
 import numpy as np
 import pytest
@@ -42,6 +42,7 @@ def errors(integrator, steps, motion, pieces, faults=()):
             period=DURATION / count,
             duration=DURATION,
             integrator=integrator,
+            transition_rate=0.0,
         )
         ends.append(sr.simulate(scenario).q[-1])
     return np.linalg.norm(np.array(ends) - exact, axis=1)

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 
 import numpy as np
 import pytest
@@ -15,20 +16,21 @@ from tests.unit.simulate.scenarios import small_run
 SCENARIO = """
 import sys, numpy as np, stillreach as sr
 def motion(t):
-    if t > 0.5: print("under way", flush=True)
+    if 1.5 < t < 1.51: print("under way", flush=True)
     return [0.1 * np.cos(t), 0.1 * np.sin(t), 0, 0, 0, 0.1]
 def scenario(duration):
     arm = sr.arms.nasa_modular()
     start = np.deg2rad([45, -60, 0, -45, 0, 45, 90, 45, 0, 0, 0])
     fault = sr.Fault("j3", at=0.3)
-    return sr.Scenario(arm=arm, start=start, motion=motion, faults=[fault], law=sr.SingularityRobust(), period=1e-3, duration=duration)
+    return sr.Scenario(arm=arm, start=start, motion=motion, faults=[fault], law=sr.SingularityRobust(), period=1e-3,
+    duration=duration)
 """
 
 
 def test_ctrl_c_keeps_every_tick_that_was_computed(tmp_path):
     code = (
         SCENARIO
-        + "try:\n    sr.simulate(scenario(1e4))\n"
+        + "try:\n    sr.simulate(scenario(300.0))\n"
         + "except sr.SimulationInterrupted as stopped:\n    stopped.run.save(sys.argv[1])\n"
     )
     child = subprocess.Popen([sys.executable, "-c", code, str(tmp_path / "part.nc")], stdout=subprocess.PIPE, text=True)
@@ -39,7 +41,7 @@ def test_ctrl_c_keeps_every_tick_that_was_computed(tmp_path):
 
     part = sr.Run.load(tmp_path / "part.nc")
     assert part.attrs["interrupted"] == 1
-    assert 300 < len(part) < 1e6
+    assert 300 < len(part) < 300_001
     namespace = {}
     exec(SCENARIO.replace('print("under way", flush=True)', "pass"), namespace)
     whole = sr.simulate(namespace["scenario"](part.time[-1]))
@@ -50,7 +52,10 @@ def test_ctrl_c_keeps_every_tick_that_was_computed(tmp_path):
 
 def test_an_interrupt_that_nobody_catches_ends_the_program_like_any_ctrl_c():
     child = subprocess.Popen(
-        [sys.executable, "-c", SCENARIO + "sr.simulate(scenario(1e4))"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-c", SCENARIO + "sr.simulate(scenario(300.0))"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     )
     assert child.stdout.readline() == "under way\n"
     child.send_signal(signal.SIGINT)
@@ -71,14 +76,16 @@ def _save_for_ever(run, path):
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork, which this system does not have")
 def test_a_killed_save_leaves_the_old_file_whole(tmp_path):
     old, path = small_run(), tmp_path / "run.nc"
-    new = small_run(period=1e-4)
+    new = small_run(period=3e-4)
     cut_short = 0
-    for trial in range(12):
+    for trial in range(6):
         old.save(path)
-        child = os.fork()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # Python 3.12 on: other threads; the child uses none
+            child = os.fork()
         if child == 0:
             _save_for_ever(new, path)
-        time.sleep(0.02 + 0.017 * trial)
+        time.sleep(0.05 + 0.05 * trial)
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
         found = sr.Run.load(path)

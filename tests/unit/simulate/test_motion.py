@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 import stillreach as sr
 from stillreach.simulate.attitude import pitch_yaw_roll
-from stillreach.simulate.motion import followed
+from stillreach.simulate.path import followed
 from tests.unit.arm.literal_kinematics import cross_matrix
 from tests.unit.simulate.scenarios import eight_joints, eight_joints_start
 
@@ -67,7 +67,9 @@ def test_what_a_function_raises_comes_through_with_a_note_of_the_time():
     assert "t = 0.2 s" in caught.value.__notes__[0]
 
 
-@pytest.mark.parametrize("motion", ["up", UP, [UP], 3.0, [sr.Twist(UP), sr.Twist(ALONG, 1.0)], [lambda t: UP, sr.Twist(UP)], None])
+@pytest.mark.parametrize(
+    "motion", ["up", UP, [UP], 3.0, [sr.Twist(UP), sr.Twist(ALONG, 1.0)], [lambda t: UP, sr.Twist(UP)], None]
+)
 def test_what_is_no_motion_is_refused(motion):
     with pytest.raises(sr.InputError, match="motion"):
         commanded(motion)

@@ -1,8 +1,14 @@
+import subprocess
+import sys
+
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import stillreach as sr
 from stillreach.simulate import simulate as function
+from stillreach.simulate.path import followed as path
+from tests.unit.arm.literal_kinematics import cross_matrix
 from tests.unit.simulate.scenarios import eight_joints, eight_joints_start, small_run, waving
 
 
@@ -17,7 +23,9 @@ def test_a_run_has_a_row_for_each_tick_and_one_at_the_final_state():
     np.testing.assert_array_equal(run.time, 0.1 * np.arange(21))
 
 
-@pytest.mark.parametrize(("period", "duration", "steps"), [(0.1, 0.3, 3), (0.3, 1.0, 3), (0.001, 1.0, 1000), (1 / 3, 1.0, 3), (0.5, 0.2, 0)])
+@pytest.mark.parametrize(
+    ("period", "duration", "steps"), [(0.1, 0.3, 3), (0.3, 1.0, 3), (0.001, 1.0, 1000), (1 / 3, 1.0, 3), (0.5, 0.2, 0)]
+)
 def test_the_last_tick_is_the_last_one_not_after_the_duration(period, duration, steps):
     assert sr.simulate(scenario(period=period, duration=duration)).time[-1] == pytest.approx(steps * period)
 
@@ -40,8 +48,7 @@ def test_an_euler_step_holds_the_rates_until_the_next_tick():
 @pytest.mark.parametrize("integrator", ["euler", "rk4"])
 def test_the_size_of_the_chunks_changes_nothing(integrator, monkeypatch):
     whole = small_run(integrator=integrator)
-    monkeypatch.setattr("sys.modules", {**__import__("sys").modules})
-    module = __import__("sys").modules["stillreach.simulate.simulate"]
+    module = sys.modules["stillreach.simulate.simulate"]  # the attribute of this name is the function
     monkeypatch.setattr(module, "FIRST_CHUNK", 1)
     monkeypatch.setattr(module, "CHUNK_SECONDS", 0.0)
     pieces = small_run(integrator=integrator)
@@ -82,3 +89,46 @@ def test_a_bar_is_shown_on_request_and_not_without_a_terminal(capsys):
     assert "simulating" in capsys.readouterr().err
     function(scenario())
     assert capsys.readouterr().err == ""
+
+
+def test_feedback_keeps_the_tool_on_its_path_where_steps_alone_drift():
+    """The path of a function of time, integrated by SciPy on its own."""
+
+    def followed(t, state):
+        twist = np.asarray(waving(t))
+        return [*twist[:3], *(cross_matrix(twist[3:]) @ state[3:].reshape(3, 3)).ravel()]
+
+    runs = [
+        sr.simulate(scenario(duration=2.0, **settings))
+        for settings in ({}, {"track_gain": 5.0}, {"track_gain": 5.0, "integrator": "rk4"})
+    ]
+    start = runs[0].pose[0]
+    state = [*start[:3, 3], *start[:3, :3].ravel()]
+    state = solve_ivp(followed, (0.0, 2.0), state, method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+    drift = [np.linalg.norm(np.append(run.pose[-1, :3, 3], run.pose[-1, :3, :3].ravel()) - state) for run in runs]
+    assert drift[0] > 2e-3
+    assert drift[1] < drift[0] / 4
+    assert drift[2] < 1e-7
+
+
+@pytest.mark.parametrize("integrator", ["euler", "rk4"])
+def test_with_feedback_the_tool_waits_at_the_end_of_the_path(integrator):
+    motion = [sr.Twist([0.1, 0, 0, 0, 0, 0.2], 0.5), sr.Twist([0, -0.1, 0.05, 0, 0.1, 0], 0.5)]
+    run = sr.simulate(scenario(motion=motion, duration=4.0, track_gain=5.0, integrator=integrator))
+    expected = path(run.pose[0], [part.twist for part in motion], [0.5, 0.5])[-1]
+    np.testing.assert_allclose(run.pose[-1], expected, atol=1e-6)
+    np.testing.assert_allclose(run.rates[-1], 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("first", ["sr.Scenario", "sr.Run", "sr.simulate", "sr.Controller", "sr.paper"])
+def test_the_function_and_the_package_of_its_name_do_not_get_in_each_other_s_way(first):
+    code = (
+        "import numpy as np, stillreach as sr\n"
+        f"{'import stillreach.paper' if first == 'sr.paper' else first}\n"
+        "twist = sr.Twist(np.zeros(6), 0.02)\n"
+        "print(len(sr.simulate(sr.Scenario(arm=sr.arms.planar(3), start=np.ones(3), motion=twist))))\n"
+        "from stillreach.simulate.run import Run\n"
+        "assert Run is sr.Run\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("3\n", "")

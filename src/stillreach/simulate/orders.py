@@ -1,0 +1,54 @@
+"""What a controller is told in a chunk of ticks: twists, and poses to track where the loop is closed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stillreach._door import FloatArray
+from stillreach.simulate.motion import checked_motion, commands
+from stillreach.simulate.path import led_to
+from stillreach.simulate.scenario import Scenario
+
+
+class Orders:
+    """The orders of a scenario, chunk by chunk, from the first tick on.
+
+    Args:
+        scenario: whose motion and integrator.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._motion = checked_motion(scenario.motion)
+        self._period = scenario.period
+        self._stages = 2 if scenario.integrator == "rk4" else 1
+        self.starts = scenario.part_starts()
+        """The tick from which on each part of the motion is commanded."""
+        self._target = scenario.task_pose(scenario.start) if scenario.track_gain is not None else None
+
+    def chunk(self, first: int, end: int, *, last: bool) -> tuple[FloatArray, FloatArray | None]:
+        """The orders at the stages of the steps from tick ``first`` to tick ``end``.
+
+        All are of one part of the motion: a part begins with a step, so that no step crosses the jump between two.
+
+        Args:
+            first: tick of the first step; where the chunk before this one ended.
+            end: tick that the last step leads to.
+            last: there is no step after this tick: its orders only.
+
+        Returns:
+            Twists (K, 6), and poses to track (K, 4, 4) or None; K is 1 for the last tick, one a step for Euler's, and
+            with the half steps and the end of the last step for Runge-Kutta.
+        """
+        part = sum(start <= first for start in self.starts) - 1
+        # the ends of the steps belong to the path, whether or not they are asked for
+        stages = np.arange(self._stages * first, self._stages * end + 1, dtype=np.float64)
+        times = stages * (self._period / self._stages)
+        count = 1 if last else len(times) - (self._stages == 1)
+        twists = commands(self._motion, times[:count], part)
+        if self._target is None:
+            return twists, None
+        if last:
+            return twists, self._target[None]
+        poses = led_to(self._target, self._motion, part, times)
+        self._target = poses[-1]
+        return twists, np.ascontiguousarray(poses[:count])

@@ -1,0 +1,45 @@
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from stillreach.show import arm3d
+from stillreach.show.style import PRINT, SCREEN
+from tests.unit.arm.literal_kinematics import forward
+from tests.unit.arm.odd_arms import ODD_ARMS, configurations
+
+
+@pytest.fixture(params=ODD_ARMS)
+def arm(request):
+    return ODD_ARMS[request.param]()
+
+
+def test_joints_are_drawn_where_the_textbook_puts_them(arm):
+    for q in configurations(arm.n)[[1, 4, 9]]:
+        points, axes = arm3d.stations(arm, q)
+        assert np.all(points[0] == 0.0)
+        for k, joint in enumerate(arm.joints):
+            frame = forward(arm.joints[:k], joint.placement, q[:k])
+            np.testing.assert_allclose(points[k + 1], frame[:3, 3], atol=1e-9)
+            np.testing.assert_allclose(axes[k], frame[:3, :3] @ joint.axis, atol=1e-9)
+        np.testing.assert_allclose(points[-1], forward(arm.joints, arm.tool, q)[:3, 3], atol=1e-9)
+
+
+def test_any_arm_can_be_drawn_and_fits_into_its_axes(arm):
+    figure = plt.figure()
+    ax = figure.add_subplot(projection="3d")
+    q = configurations(arm.n)[9]
+    arm3d.draw(ax, arm, q, failed=[0])
+    figure.canvas.draw()
+    points, _ = arm3d.stations(arm, q)
+    for limits, values in zip((ax.get_xlim(), ax.get_ylim(), ax.get_zlim()), points.T, strict=True):
+        assert limits[0] < values.min()
+        assert values.max() < limits[1]
+    drawn = [text.get_text().strip() for text in ax.texts]
+    assert set(arm.joint_names) <= set(drawn)
+    plt.close(figure)
+
+
+@pytest.mark.parametrize("look", [PRINT, SCREEN])
+def test_twelve_lines_of_a_panel_are_told_apart(look):
+    assert len({str(look.line(k)) for k in range(12)}) == 12
+    assert not look.ink or {look.line(k)["color"] for k in range(6)} == {"black"}
