@@ -10,7 +10,9 @@ STILLREACH_BEGIN
 
 constexpr int kFractionSteps = 60;
 constexpr double kReached = 1e-13;  // relative residual that counts as none,
-constexpr double kNearly = 1e-9;    // and one that may be none, where the search cannot tell
+constexpr double kNearly = 1e-9;    // one that may be none, where the search cannot tell,
+constexpr double kShort = 1e-5;     // and one whose direction needs care,
+constexpr double kGrazing = 0.02;   // as does a plane that the twist meets at a smaller angle
 
 template <int M>
 inline double size_of(Rows<M> m, const double* a) {
@@ -24,44 +26,65 @@ STILLREACH_INLINE double reached(const Box& b, double scale) {
   return kReached * scale + kRounding * largest;
 }
 
-// The box lies on one side of any plane: fixed + fraction * twist . normal <= its largest value over the box. An upper
-// bound of the fraction from a normal that was good a tick ago; 1 where it says nothing.
+// The box lies on one side of any plane: (fixed + fraction * twist) . normal <= its largest value over the box. An upper
+// bound of the fraction; more than 1 where the plane says nothing, negative where it allows none. touching: b.z lies on the
+// plane, so that free variables, and those without a bound on the side that rounding points to, move along it.
 template <int M>
-inline double plane_fraction(Rows<M> m, const double* fixed, const double* twist, const Box& b, const double* normal) {
+inline double plane_fraction(Rows<M> m, const double* fixed, const double* twist, const Box& b, const double* normal, bool touching) {
   const double along = dot(m, normal, twist);
-  if (!(along > 0.0)) return 1.0;
   double support = -dot(m, normal, fixed);
   for (int i = 0; i < b.k; ++i) {
     const double slope = dot(m, normal, b.columns + i * kStride);
-    if (slope != 0.0) support = madd(slope, slope > 0.0 ? b.upper[i] : b.lower[i], support);
+    double at = slope > 0.0 ? b.upper[i] : b.lower[i];
+    if (touching && (b.state[i] == 0 || magnitude(at) == infinity())) at = b.z[i];
+    if (slope != 0.0) support = madd(slope, at, support);
   }
-  const double fraction = support / along;
-  return fraction >= 0.0 && fraction < 1.0 ? fraction : 1.0;
+  if (along > 0.0) return support / along;
+  return support < 0.0 ? -1.0 : 2.0;
+}
+
+// The unit normal of the plane that the residual of b stands on. Where the residual is short its direction is rounded, and
+// where the twist is nearly along the plane that matters: it is made orthogonal to the free columns again, which span the
+// plane.
+template <int M>
+inline void plane_normal(Rows<M> m, const double* twist, double twist_size, Box& b, Inner& in, double error, double scale,
+                         double* normal) {
+  for (int r = 0; r < kStride; ++r) normal[r] = r < m() ? b.residual[r] / error : 0.0;
+  int free = 0;
+  for (int i = 0; i < b.k; ++i)
+    if (b.state[i] == 0) b.index[free++] = i;
+  if (free == 0 || (error > kShort * scale && dot(m, normal, twist) > kGrazing * twist_size)) return;
+  solve_inner(m, b.columns, b.index, free, normal, 0.0, b.threshold, b.work, b.target, in);
+  const double length = size_of(m, in.residual);
+  if (!(length > 0.5)) return;  // then the residual was noise altogether
+  for (int r = 0; r < m(); ++r) normal[r] = in.residual[r] / length;
 }
 
 // Largest fraction in [0, 1] with fixed + fraction * twist reachable; b holds the bounded solution there. Negative: none.
+// plane: the last supporting plane, in and out, or null.
 template <int M>
-inline double largest_fraction(Rows<M> m, const double* fixed, const double* twist, double scale, Box& b, Inner& in, bool solved,
-                               double* plane, bool& capped) {
-  double fraction = plane ? plane_fraction(m, fixed, twist, b, plane) : 1.0;
+inline double largest_fraction(Rows<M> m, const double* fixed, const double* twist, Box& b, Inner& in, bool solved, double* plane,
+                               bool& capped) {
+  const double twist_size = size_of(m, twist), fixed_size = size_of(m, fixed);
+  double fraction = plane ? plane_fraction(m, fixed, twist, b, plane, false) : 1.0;
+  if (!(fraction >= 0.0 && fraction < 1.0)) fraction = 1.0;
   solved = solved && fraction == 1.0;
-  double rhs[kStride] = {0, 0, 0, 0, 0, 0, 0, 0};
+  double rhs[kStride] = {0, 0, 0, 0, 0, 0, 0, 0}, normal[kStride];
   for (int step = 0; step < kFractionSteps; ++step) {
     for (int r = 0; r < m(); ++r) rhs[r] = madd(fraction, twist[r], fixed[r]);
     solve_box(m, rhs, b, in, solved);
     solved = false;
     capped |= b.capped;
     residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
-    const double error = size_of(m, b.residual);
+    const double error = size_of(m, b.residual), scale = madd(fraction, twist_size, fixed_size);
     if (error <= reached(b, scale)) return fraction;
-    const double along = dot(m, b.residual, twist);
-    const bool nearly = error <= kNearly * scale;  // then the direction of the residual may be noise
-    if (!(along > 0.0) || fraction == 0.0) return nearly ? fraction : -1.0;
+    plane_normal(m, twist, twist_size, b, in, error, scale, normal);
     if (plane)
-      for (int r = 0; r < m(); ++r) plane[r] = b.residual[r] / error;
-    double next = fraction - error / (along / error);
+      for (int r = 0; r < m(); ++r) plane[r] = normal[r];
+    const double next = plane_fraction(m, fixed, twist, b, normal, true);
+    const bool nearly = error <= kNearly * scale;  // then the plane may be noise
+    if (fraction == 0.0 || next < -kNearly) return nearly ? fraction : -1.0;
     if (!(next < fraction)) return fraction;
-    if (next < -kNearly) return nearly ? fraction : -1.0;
     fraction = larger(next, 0.0);
   }
   capped = true;
@@ -84,7 +107,7 @@ inline void keep_direction(Rows<M> m, const LawSettings& law, const Problem& p, 
   if (!inside_all || size_of(m, in.residual) > reached(b, scale)) {
     const bool warm = warm_states(w, s.k, out.active, b.state);
     bool capped = false;
-    out.scale = largest_fraction(m, fixed, twist, scale, b, in, !warm, out.plane, capped);
+    out.scale = largest_fraction(m, fixed, twist, b, in, !warm, out.plane, capped);
     if (out.scale < 0.0) {
       out.scale = 0.0;
       solve_box(m, fixed, b, in, false);

@@ -23,7 +23,7 @@ inline void pull_reference(const Problem& p, const System& s, const double* rate
     any = true;
     for (int j = 0; j < s.k; ++j) {
       const int i = w.joint[j];
-      w.target[j] -= p.metric.joints[static_cast<std::size_t>(i) * p.n + f] * off * (w.scale[j] / unit / p.metric.units[i]);
+      w.target[j] -= p.metric.joints[static_cast<std::size_t>(i) * p.n + f] * off;
     }
   }
   if (!any) return;
@@ -45,7 +45,7 @@ inline Box make_box(Rows<M> m, const LawSettings& law, const Problem& p, System&
     w.length[j] = square_root(dot(m, w.columns + j * kStride, w.columns + j * kStride));
   }
   if (s.full) {
-    scale_joint_weight(p, s, w);
+    gather_joint_weight(p, s.k, w);
     pull_reference(p, s, rates, w);
   }
   for (int j = 0; j < s.k; ++j) {

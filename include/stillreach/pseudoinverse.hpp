@@ -43,8 +43,7 @@ inline bool weight_offset(Rows<M> m, const Problem& p, const double* rates, cons
     any = true;
     for (int j = 0; j < s.k; ++j) {
       const int i = w.joint[j];
-      w.offset[j] -= p.metric.joints[static_cast<std::size_t>(i) * p.n + f] * (rates[f] / p.metric.units[f] / unit) *
-                     (w.scale[j] / unit / p.metric.units[i]);
+      w.offset[j] -= p.metric.joints[static_cast<std::size_t>(i) * p.n + f] * (rates[f] / p.metric.units[f] / unit);
     }
   }
   if (!any) return false;
@@ -58,7 +57,7 @@ inline bool weight_offset(Rows<M> m, const Problem& p, const double* rates, cons
 // Full joint weight: columns become A L^-T, so that z = L' x has unit weight.
 inline void whiten(const Problem& p, const System& s, Workspace& w) {
   if (!s.full) return;
-  scale_joint_weight(p, s, w);
+  gather_joint_weight(p, s.k, w);
   factor_weight(s.k, w.weight, nullptr, s.k, w.triangle);
   solve_triangle(s.k, w.triangle, false, kStride, w.columns);
 }

@@ -52,15 +52,10 @@ inline void find_working_joints(const Problem& p, const std::int8_t* held, Works
   }
 }
 
-// The full joint weight as the scaled working rates x (rate = scale x) see it: k x k, row-major, into w.weight.
-inline void scale_joint_weight(const Problem& p, const System& s, Workspace& w) {
-  const double unit = s.unit_b / s.unit_a;
-  for (int i = 0; i < s.k; ++i)
-    for (int j = 0; j < s.k; ++j) {
-      const int a = w.joint[i], b = w.joint[j];
-      w.weight[i * s.k + j] = p.metric.joints[static_cast<std::size_t>(a) * p.n + b] *
-                              (w.scale[i] / unit / p.metric.units[a]) * (w.scale[j] / unit / p.metric.units[b]);
-    }
+// The full joint weight of the working joints: k x k, row-major, into w.weight. Scaled rates are in joint units already.
+inline void gather_joint_weight(const Problem& p, int k, Workspace& w) {
+  for (int i = 0; i < k; ++i)
+    for (int j = 0; j < k; ++j) w.weight[i * k + j] = p.metric.joints[static_cast<std::size_t>(w.joint[i]) * p.n + w.joint[j]];
 }
 
 // Cholesky factor (lower, row-major, count x count) of the rows and columns `index` (null: all) of the k x k `weight`.

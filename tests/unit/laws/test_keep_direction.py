@@ -16,6 +16,13 @@ from oracles.kinematics import planar_arm
 SAMPLE = 20_000 if os.environ.get("STILLREACH_FULL") else 500
 
 
+def out_of_reach(case):
+    """Length of the part of the twist that the working joints cannot serve, relative to the twist."""
+    problem = case.decomposed
+    u = problem.u[:, : problem.rank]
+    return np.linalg.norm(problem.x - u @ (u.T @ problem.x)) / (np.linalg.norm(problem.x) or 1.0)
+
+
 @pytest.mark.timeout(600)
 def test_no_larger_fraction_is_feasible(bound_cases, ask, tally):
     for i, case in enumerate(bound_cases):
@@ -24,6 +31,9 @@ def test_no_larger_fraction_is_feasible(bound_cases, ask, tally):
         tally.holds(0.0 <= out.scale <= 1.0, case, out.scale)
         if case.decomposed.kind != "regular" or case.decomposed.condition > 1e6:
             tally["only bounds: " + case.decomposed.kind.replace("regular", "nearly singular")] += 1
+            continue
+        if 1e-14 < out_of_reach(case) < 1e-4:
+            tally["only bounds: direction at the edge of reach"] += 1
             continue
         rates = out.rates / problem.unit
         if out.scale > 0:

