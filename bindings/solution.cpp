@@ -79,6 +79,7 @@ void bind_solution(nb::module_& m) {
            "(m, weak) unit twists whose gain falls below the threshold, weakest first; lost ones are among them.")
       .def("check", call("check"), nb::sig("def check(self) -> stillreach.insight.Check"),
            "Recomputes every promise from the data of this answer.")
-      .def("__repr__", [](nb::handle self) { return nb::module_::import_("stillreach.insight").attr("text")(self); });
+      .def("__repr__", [](nb::handle self) { return nb::module_::import_("stillreach.insight").attr("text")(self); },
+           nb::sig("def __repr__(self) -> str"));
 #undef STILLREACH_ARRAY
 }

@@ -83,7 +83,7 @@ STILLREACH_INLINE double pattern(int i) {
   return 2.0 * (x - static_cast<double>(static_cast<long long>(x))) - 1.0;
 }
 
-constexpr double kSaddlePush = 1e-3;  // of the largest null rate: leaves exact saddles, where the gradient is 0
+constexpr double kSaddlePush = 1e-2;  // of the largest null rate: leaves exact saddles, where the gradient is 0
 
 // The rates that the null motion asks for: at most null_largest each, by a common factor.
 template <int M>

@@ -1,7 +1,7 @@
 """stillreach keeps a redundant arm on its task after joints fail.
 
-Given where the joints are, what the tool should do now, what is broken and what the drives allow, it returns the best joint
-rates, every control tick, and it always answers.
+Given where the joints are, what the tool should do now, what is broken and what the drives allow, it returns the best
+joint rates, every control tick, and it always answers.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from stillreach.faults import Derated, Fault, Locked, Runaway
     from stillreach.insight import Check
     from stillreach.laws import KeepDirection, Law, LeastError, Pseudoinverse, SingularityRobust
-    from stillreach.simulate import Run, Scenario, Twist, simulate
+    from stillreach.simulate import Run, Scenario, Twist, simulate  # type: ignore[no-redef]
     from stillreach.status import Health, Reason, Status
     from stillreach.task import Task, Weights
 

@@ -59,7 +59,7 @@ class Bounds:
     @property
     def fixed(self) -> npt.NDArray[np.bool_]:
         """(n,) which joints have one rate left."""
-        return self.lower == self.upper
+        return np.equal(self.lower, self.upper)
 
     def lock(self, joints: Iterable[int]) -> Bounds:
         """These bounds with the given joints (0-based indices) locked at rate 0."""

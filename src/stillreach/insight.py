@@ -1,4 +1,4 @@
-"""A second look at an answer, computed from the data it holds: what is lost, what is weak, and whether it kept its word."""
+"""A second look at an answer, from the data it holds: what is lost, what is weak, and whether it kept its word."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def check(solution: Solution) -> Check:
 def singular_values(solution: Solution) -> FloatArray:
     """(min(m, working joints),) of the working joints' weighted Jacobian, falling."""
     J = _working(solution)
-    return np.linalg.svd(J, compute_uv=False) if J.size else np.zeros(0)
+    return np.asarray(np.linalg.svd(J, compute_uv=False)) if J.size else np.zeros(0)
 
 
 def lost_directions(solution: Solution) -> FloatArray:
@@ -78,7 +78,8 @@ def text(solution: Solution) -> str:
     """One line for a prompt."""
     rates = np.array2string(solution.rates, precision=4, suppress_small=True, max_line_width=100, threshold=12)
     status = solution.status.name or str(int(solution.status))
-    return f"Solution(rates={rates}, status={status}, task_error={solution.task_error:.3g}, damping={solution.damping:.3g}, scale={solution.scale:.6g})"
+    numbers = f"task_error={solution.task_error:.3g}, damping={solution.damping:.3g}, scale={solution.scale:.6g}"
+    return f"Solution(rates={rates}, status={status}, {numbers})"
 
 
 def _working(solution: Solution) -> FloatArray:

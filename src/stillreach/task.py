@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from stillreach import _door
 from stillreach._core import Metric
@@ -47,7 +46,9 @@ class Weights:
             if value is not None:
                 object.__setattr__(self, name, _positive_definite(name, value))
 
-    def metric(self, linear_rows: Sequence[bool], prismatic: Sequence[bool], rows: Sequence[int] | None = None) -> Metric:
+    def metric(
+        self, linear_rows: Sequence[bool], prismatic: Sequence[bool], rows: Sequence[int] | None = None
+    ) -> Metric:
         """The core's form of these weights, for rows and joints of the given kinds.
 
         Args:
@@ -108,7 +109,8 @@ def _selected(W1: FloatArray | None, m: int, rows: Sequence[int] | None) -> Floa
     if rows is not None and len(full) == 6:
         return full[np.ix_(rows, rows)]
     if len(full) != m:
-        raise InputError("weights.task", _door.describe(W1), f"weights of {m} rows" + ("" if rows is None else " or of 6"))
+        expected = f"weights of {m} rows" + ("" if rows is None else " or of 6")
+        raise InputError("weights.task", _door.describe(W1), expected)
     return full
 
 
@@ -153,5 +155,7 @@ def _row_indices(rows: str | Sequence[bool]) -> tuple[int, ...]:
         return ROWS[_door.choice("rows", rows, tuple(ROWS))]
     mask = list(rows) if isinstance(rows, Sequence | np.ndarray) else []
     if len(mask) != 6 or not all(isinstance(flag, bool | np.bool_) for flag in mask) or not any(mask):
-        raise InputError("rows", _door.describe(rows), "'pose', 'position', 'orientation' or 6 booleans, one of them True")
+        raise InputError(
+            "rows", _door.describe(rows), "'pose', 'position', 'orientation' or 6 booleans, one of them True"
+        )
     return tuple(i for i, flag in enumerate(mask) if flag)

@@ -29,11 +29,13 @@ class Controller(ControllerCore):
         law: what is best; LeastError() where None.
         task: what is asked; the full pose where None.
         period: [s] time between ticks.
-        rate_limits: [rad/s, m/s] one for all, (n,), or (n, 2) lower <= 0 <= upper; None: the arm's. 0 means 0, inf none.
+        rate_limits: [rad/s, m/s] one for all, (n,), or (n, 2) lower <= 0 <= upper; None: the arm's.
+            0 means 0, inf none.
         position_limits: [rad, m] (n, 2) or one (2,) for all; None: the arm's. Rates towards a limit shrink so that the
             joint can stop at it. A joint outside may not move further out.
         acceleration_limits: [rad/s², m/s²] one for all or (n,); None: the arm's.
-        null_motion: what to do with the freedom that the task leaves: Posture, Centring, Manipulability, Gradient, Rates.
+        null_motion: what to do with the freedom that the task leaves: Posture, Centring, Manipulability, Gradient,
+            Rates or bare rates (n,).
         return_rate: [rad/s, m/s] at which a joint outside its position limits is asked back as far as the task leaves
             it free; 0: it is not asked.
         transition_rate: [1/s] when a joint fails or is restored the law stays near the last commanded rates, so that
@@ -61,9 +63,9 @@ class Controller(ControllerCore):
         track_gain: float = 2.0,
         track_limits: tuple[float, float] | None = None,
     ) -> None:
-        self._arm = _instance("arm", arm, Arm)
-        self._law = LeastError() if law is None else _instance("law", law, Law)
-        self._task = Task() if task is None else _instance("task", task, Task)
+        self._arm: Arm = _instance("arm", arm, Arm)
+        self._law: Law = LeastError() if law is None else _instance("law", law, Law)
+        self._task: Task = Task() if task is None else _instance("task", task, Task)
         n = arm.n
         rates = _rate_limits(arm, rate_limits)
         positions = _position_limits(arm, position_limits)
@@ -163,7 +165,9 @@ def _rate_limits(arm: Arm, value: npt.ArrayLike | None) -> FloatArray:
         if np.any(limits[:, 0] > 0.0) or np.any(limits[:, 1] < 0.0):
             raise InputError("rate_limits", _door.describe(value), "lower <= 0 <= upper for each joint")
         return limits
-    high = _door.vector("rate_limits", arm.velocity_limits if value is None else value, arm.n, allow_inf=True, minimum=0.0)
+    high = _door.vector(
+        "rate_limits", arm.velocity_limits if value is None else value, arm.n, allow_inf=True, minimum=0.0
+    )
     return np.stack([-high, high], axis=1)
 
 

@@ -85,14 +85,18 @@ class Manipulability(NullMotion):
     """Away from singularities: rates gain · ∇ ln √det(J Jᵀ) of the working joints' task Jacobian (Yoshikawa, 1985).
 
     The gradient is analytic. Where it is exactly zero by symmetry (a planar arm has no way to know that it could leave
-    its plane) a push of a thousandth of ``max_rate``, the same in every run, lets the arm leave.
+    its plane) a push of a hundredth of ``max_rate``, the same in every run, lets the arm leave.
 
     Args:
         gain: [rad²/s].
     """
 
     gain: float = 1.0
-    max_rate: float = 0.2
+    max_rate: float = 1.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _door.positive("max_rate", self.max_rate)  # near a singularity the gradient has no bound of its own
 
     def core(self, n: int) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
         """The gain."""
@@ -120,7 +124,9 @@ class Gradient(NullMotion):
         return GRADIENT, gain, _door.vector("gradient", self.gradient, n), None
 
 
-def null_motion_settings(value: object, n: int) -> tuple[int, float, float, npt.ArrayLike | None, Callable[..., object] | None]:
+def null_motion_settings(
+    value: object, n: int
+) -> tuple[int, float, float, npt.ArrayLike | None, Callable[..., object] | None]:
     """(kind, gain, largest rate, vector, gradient) of a null motion, of bare rates, or of None."""
     if value is None:
         return NONE, 0.0, float("inf"), None, None

@@ -10,10 +10,10 @@ from stillreach.laws.law import KEEP_DIRECTION, Law
 
 @dataclass(frozen=True, kw_only=True)
 class KeepDirection(Law):
-    """The largest fraction of the commanded twist that the bounds allow, in its direction, then nearest to the reference.
+    """The largest fraction of the commanded twist that the bounds allow, in its direction.
 
-    ``Solution.scale`` is the fraction. Where none is possible (a runaway joint that the others cannot make up for) the
-    answer is LeastError's for a twist of zero, with scale 0.
+    Then the rates nearest to the reference. ``Solution.scale`` is the fraction. Where none is possible (a runaway joint
+    that the others cannot make up for) the answer is LeastError's for a twist of zero, with scale 0.
     """
 
     def core(self) -> _core.Law:

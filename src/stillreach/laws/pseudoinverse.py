@@ -10,10 +10,10 @@ from stillreach.laws.law import PSEUDOINVERSE, Law
 
 @dataclass(frozen=True, kw_only=True)
 class Pseudoinverse(Law):
-    """dq = B Jᵀ (J B Jᵀ)⁺ twist: least error, then least rates, whatever the limits (Bedrossian, 1994, eq. 3).
+    """dq = B Jᵀ (J B Jᵀ)⁺ twist: least error, then least rates (Bedrossian, 1994, eq. 3).
 
-    It honours fixed rates only, and says OVER_LIMIT when it exceeds a bound: a baseline, not for a real arm. A reference
-    rate ν adds its null motion (B - B Jᵀ (J B Jᵀ)⁺ J B) ν.
+    It honours fixed rates but no limits, and says OVER_LIMIT when it exceeds a bound: a baseline, not for a real arm. A
+    reference rate ν adds its null motion (B - B Jᵀ (J B Jᵀ)⁺ J B) ν.
     """
 
     def core(self) -> _core.Law:

@@ -18,8 +18,8 @@ class SingularityRobust(Law):
 
     Limits act through dq = D u, with D the bound on the side that a joint moves to: κ is chosen so that |u| <= 1, and
     damping acts on u (for one limit for all joints: on the rates). A joint pushed against a zero bound is held for this
-    tick and the rest solved again. What still lies outside is cut to its bounds, with CLIPPED. A reference rate adds its
-    null motion, as much of it as the bounds leave room for.
+    tick and the rest solved again. What still lies outside is cut to its bounds, with CLIPPED. A reference rate adds
+    its null motion, as much of it as the bounds leave room for.
 
     Args:
         damping: "exact": the smallest κ that meets the limit (eq. 10), 0 where the pseudoinverse does; as a function of
