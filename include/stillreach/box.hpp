@@ -10,6 +10,7 @@
 STILLREACH_BEGIN
 
 constexpr int kMaxReleases = 4;
+constexpr int kNever = 100;         // a release count: freeing this variable led nowhere
 constexpr double kInside = 1e-12;   // relative slack of a free variable at its bound
 constexpr double kRounding = 4e-15; // relative error that a residual may have
 constexpr double kDescent = 1e-13;  // relative change of an objective that counts
@@ -34,7 +35,6 @@ struct Box {
   int iterations;         // factorisations
   bool capped;            // the bound on the steps was met
   double residual[kStride]; // b - A z
-  double dual[kStride];   // of the free variables: (W z)_i = a_i . dual
 };
 
 // (W z)_i.
@@ -122,34 +122,19 @@ STILLREACH_INLINE bool inside(double z, double lower, double upper) {
   return z <= upper + slack && z >= lower - slack;
 }
 
-// Moves the free variables towards their targets: all the way with the ones that leave the box stopped at it where that
-// lowers the objective, else up to the first bound that is met. Stopped variables become fixed.
-template <int M>
-inline void advance(Rows<M> m, Box& b, const double* rhs, int free, bool first, double noise, Objective& now) {
-  if (first) {
-    for (int j = 0; j < free; ++j) {
-      const int i = b.index[j];
-      b.state[i] = inside(b.target[j], b.lower[i], b.upper[i]) ? 0 : b.target[j] > b.upper[i] ? 1 : -1;
-      b.z[i] = clamp(b.target[j], b.lower[i], b.upper[i]);
-    }
-    now = objective(m, b, rhs, b.z);
-    return;
-  }
-  double* trial = b.work;  // free again: solve_inner is done with it
+// Writes a trial point: the free variables at `part` of the way to their targets, stopped at their bounds.
+STILLREACH_INLINE void try_step(const Box& b, int free, double part, double* trial) {
   for (int i = 0; i < b.k; ++i) trial[i] = b.z[i];
-  for (int j = 0; j < free; ++j) trial[b.index[j]] = clamp(b.target[j], b.lower[b.index[j]], b.upper[b.index[j]]);
-  const Objective there = objective(m, b, rhs, trial);
-  if (lower_than(there, now, noise)) {
-    for (int j = 0; j < free; ++j) {
-      const int i = b.index[j];
-      if (!inside(b.target[j], b.lower[i], b.upper[i])) b.state[i] = b.target[j] > b.upper[i] ? 1 : -1;
-      b.z[i] = trial[i];
-    }
-    now = there;
-    return;
+  for (int j = 0; j < free; ++j) {
+    const int i = b.index[j];
+    trial[i] = clamp(madd(part, b.target[j] - b.z[i], b.z[i]), b.lower[i], b.upper[i]);
   }
-  double part = 1.0;
+}
+
+// The first bound that the free variables meet on their way to the targets, as an index into b.index; -1: none.
+STILLREACH_INLINE int first_bound(const Box& b, int free, double& part) {
   int blocking = -1;
+  part = 1.0;
   for (int j = 0; j < free; ++j) {
     const int i = b.index[j];
     if (inside(b.target[j], b.lower[i], b.upper[i])) continue;
@@ -157,16 +142,54 @@ inline void advance(Rows<M> m, Box& b, const double* rhs, int free, bool first, 
     const double room = ((move > 0.0 ? b.upper[i] : b.lower[i]) - b.z[i]) / move;
     if (blocking < 0 || room < part) part = larger(room, 0.0), blocking = j;
   }
+  return blocking;
+}
+
+STILLREACH_INLINE void stop_at_bound(Box& b, int j) {
+  const int i = b.index[j];
+  b.state[i] = b.target[j] > b.upper[i] ? 1 : -1;
+  b.z[i] = b.state[i] > 0 ? b.upper[i] : b.lower[i];
+}
+
+// Where to start from: the targets stopped at the bounds.
+template <int M>
+inline void begin(Rows<M> m, Box& b, const double* rhs, int free, Objective& now) {
   for (int j = 0; j < free; ++j) {
     const int i = b.index[j];
-    b.z[i] = clamp(madd(part, b.target[j] - b.z[i], b.z[i]), b.lower[i], b.upper[i]);
-  }
-  if (blocking >= 0) {
-    const int i = b.index[blocking];
-    b.state[i] = b.target[blocking] > b.upper[i] ? 1 : -1;
-    b.z[i] = b.state[i] > 0 ? b.upper[i] : b.lower[i];
+    b.z[i] = clamp(b.target[j], b.lower[i], b.upper[i]);
+    if (!inside(b.target[j], b.lower[i], b.upper[i])) stop_at_bound(b, j);
   }
   now = objective(m, b, rhs, b.z);
+}
+
+// Moves the free variables towards their targets: all the way with the ones that leave the box stopped at it where that
+// lowers the objective, else up to the first bound that is met. False, with nothing moved, where the objective would
+// rise: then the solve was rounding (or truncated at the rank tolerance), and so was what freed the last variable.
+template <int M>
+inline bool advance(Rows<M> m, Box& b, const double* rhs, int free, bool all_inside, double noise, Objective& now) {
+  double* trial = b.work;  // free again: solve_inner is done with it
+  try_step(b, free, 1.0, trial);
+  Objective there = objective(m, b, rhs, trial);
+  const bool whole = all_inside ? !lower_than(now, there, noise) : lower_than(there, now, noise);
+  if (whole) {
+    for (int j = 0; j < free; ++j) {
+      const int i = b.index[j];
+      b.z[i] = trial[i];
+      if (!inside(b.target[j], b.lower[i], b.upper[i])) stop_at_bound(b, j);
+    }
+    now = there;
+    return true;
+  }
+  if (all_inside) return false;
+  double part;
+  const int blocking = first_bound(b, free, part);
+  try_step(b, free, part, trial);
+  there = objective(m, b, rhs, trial);
+  if (lower_than(now, there, noise)) return false;
+  for (int j = 0; j < free; ++j) b.z[b.index[j]] = trial[b.index[j]];
+  if (blocking >= 0) stop_at_bound(b, blocking);
+  now = there;
+  return true;
 }
 
 // The fixed variable whose release lowers the objective most, or -1. wanted: one was wanted that may not move again.
@@ -174,6 +197,11 @@ template <int M>
 inline int choose_release(Rows<M> m, const Box& b, const Inner& in, double rhs_size, bool& wanted) {
   double size = rhs_size;  // residuals are known to a rounding error of this
   for (int i = 0; i < b.k; ++i) size = larger(size, magnitude(b.z[i]) * b.length[i]);
+  // How orthogonal the residual came out to the free columns tells how well it is known.
+  double floor = 1e-16 * size;
+  for (int i = 0; i < b.k; ++i)
+    if (b.state[i] == 0 && b.length[i] > 0.0)
+      floor = larger(floor, 4.0 * magnitude(dot(m, b.columns + i * kStride, in.residual)) / b.length[i]);
   const bool damped = b.kappa > 0.0, consistent = dot(m, in.residual, in.residual) <= kRounding * kRounding * size * size;
   const double dual_size = square_root(dot(m, in.dual, in.dual));
   int first = -1, second = -1;
@@ -185,11 +213,11 @@ inline int choose_release(Rows<M> m, const Box& b, const Inner& in, double rhs_s
     const double side = b.state[i];
     // Moving off the bound, into the box, pays where this is above 0: in the task error, unless that has no say here,
     const double primary = damped || consistent ? 0.0 : -side * dot(m, a, in.residual);
-    const double length = b.length[i], noise = kRounding * length * size;
+    const double length = b.length[i], noise = length * floor;
     if (magnitude(primary) > noise) {
       if (primary < 0.0) continue;
       if (b.releases[i] >= kMaxReleases)
-        wanted |= primary > 100.0 * noise;
+        wanted |= b.releases[i] != kNever && primary > 100.0 * noise;
       else if (primary > first_gain * length)
         first = i, first_gain = primary / length;
       continue;
@@ -199,7 +227,7 @@ inline int choose_release(Rows<M> m, const Box& b, const Inner& in, double rhs_s
     const double slack = 1e-12 * (magnitude(z) + length * dual_size);
     if (!(secondary > slack)) continue;
     if (b.releases[i] >= kMaxReleases)
-      wanted |= secondary > 100.0 * slack;
+      wanted |= b.releases[i] != kNever && secondary > 100.0 * slack;
     else if (secondary > second_gain)
       second = i, second_gain = secondary;
   }
@@ -209,7 +237,8 @@ inline int choose_release(Rows<M> m, const Box& b, const Inner& in, double rhs_s
 // solved: b.target and `in` already hold the answer for all variables free.
 template <int M>
 inline void solve_box(Rows<M> m, const double* rhs, Box& b, Inner& in, bool solved) {
-  double size = square_root(dot(m, rhs, rhs));
+  const double rhs_size = size_of(m, rhs);
+  double size = rhs_size;
   for (int i = 0; i < b.k; ++i) {
     b.releases[i] = 0;
     if (b.state[i] > 0 && !(b.upper[i] < infinity())) b.state[i] = 0;
@@ -217,36 +246,38 @@ inline void solve_box(Rows<M> m, const double* rhs, Box& b, Inner& in, bool solv
     b.z[i] = b.state[i] > 0 ? b.upper[i] : b.state[i] < 0 ? b.lower[i] : clamp(0.0, b.lower[i], b.upper[i]);
     if (b.state[i] != 0) size = larger(size, magnitude(b.z[i]) * b.length[i]);
   }
-  const double noise = 1e-28 * size * size;
   Objective now{infinity(), infinity()};
   bool first = true;
+  int freed = -1, freed_from = 0;  // the variable freed last, and the bound it was at
   b.capped = false;
-  const int most = (kMaxReleases + 1) * b.k + 2;
+  const int most = (kMaxReleases + 2) * b.k + 2;
   for (int step = 0; step < most; ++step) {
     const int free = solved && step == 0 ? b.k : solve_free(m, b, rhs, in);
     bool all_inside = true;
     for (int j = 0; j < free; ++j) all_inside &= inside(b.target[j], b.lower[b.index[j]], b.upper[b.index[j]]);
-    if (!all_inside) {
-      advance(m, b, rhs, free, first, noise, now);
-      first = false;
+    for (int j = 0; j < free; ++j) size = larger(size, magnitude(b.z[b.index[j]]) * b.length[b.index[j]]);
+    const double noise = 1e-28 * size * size;
+    if (first) {
+      begin(m, b, rhs, free, now);
+    } else if (!advance(m, b, rhs, free, all_inside, noise, now)) {
+      if (freed < 0) break;
+      b.state[freed] = static_cast<std::int8_t>(freed_from), b.releases[freed] = kNever;
+      freed = -1;
       continue;
     }
-    for (int j = 0; j < free; ++j) {
-      const int i = b.index[j];
-      b.z[i] = clamp(b.target[j], b.lower[i], b.upper[i]);
-    }
-    for (int r = 0; r < kStride; ++r) b.residual[r] = in.residual[r], b.dual[r] = in.dual[r];
+    if (freed >= 0 && b.state[freed] == freed_from && !first) b.releases[freed] = kNever;  // back at once: it was rounding
+    first = false, freed = -1;
+    if (!all_inside) continue;
     bool wanted;
-    const int release = choose_release(m, b, in, size, wanted);
+    const int release = choose_release(m, b, in, rhs_size, wanted);
     if (release < 0) {
       b.capped = wanted;
-      return;
+      break;
     }
-    if (first) now = objective(m, b, rhs, b.z), first = false;
     ++b.releases[release];
+    freed = release, freed_from = b.state[release];
     b.state[release] = 0;
   }
-  b.capped = true;
   residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
 }
 

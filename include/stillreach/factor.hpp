@@ -12,7 +12,8 @@ STILLREACH_BEGIN
 constexpr int kRows = 6;                   // most rows of a task
 constexpr int kStride = 8;                 // columns are kStride apart and end in zeros, so that they are whole packs
 constexpr double kPlainCondition = 1e4;    // of a Gram matrix: the answer is right to about 1e-12 as it is,
-constexpr double kRefinedCondition = 1e9;  // and to the same after one step of refinement
+constexpr double kTwiceCondition = 1e6;    // and to the same after one step of refinement,
+constexpr double kRefinedCondition = 1e9;  // or after two
 
 // Number of rows, known to the compiler where M > 0.
 template <int M>
@@ -103,6 +104,11 @@ STILLREACH_INLINE double dot(Rows<M> m, const double* a, const double* b) {
   double sum = 0.0;
   for (int r = 0; r < m(); ++r) sum = madd(a[r], b[r], sum);
   return sum;
+}
+
+template <int M>
+STILLREACH_INLINE double size_of(Rows<M> m, const double* a) {
+  return square_root(dot(m, a, a));
 }
 
 STILLREACH_END

@@ -35,6 +35,8 @@ STILLREACH_INLINE void residual_of(const double* columns, const int* index, int 
   store(residual, low), store(residual + 4, high);
 }
 
+STILLREACH_INLINE int refinements(double condition) { return condition <= kPlainCondition ? 0 : condition <= kTwiceCondition ? 1 : 2; }
+
 // At least as many columns as rows: z = A' G^-1 b with G = A A' + kappa I, refined where G is not quite harmless (the
 // corrected seminormal equations; Bjorck, 1987). False where G cannot be trusted.
 template <int M>
@@ -46,7 +48,7 @@ STILLREACH_INLINE bool solve_wide(Rows<M> m, const double* columns, const int* i
   solve(m, in.factor, rhs, in.dual);
   for (int r = m(); r < kStride; ++r) in.dual[r] = in.residual[r] = 0.0;
   for (int i = 0; i < count; ++i) z[i] = dot(m, column_at(columns, index, i), in.dual);
-  if (in.condition > kPlainCondition) {
+  for (int step = refinements(in.condition); step > 0; --step) {
     double error[kStride], change[kRows];
     residual_of(columns, index, count, rhs, z, error);
     for (int r = 0; r < m(); ++r) error[r] = madd(-kappa, in.dual[r], error[r]);
@@ -75,7 +77,7 @@ STILLREACH_INLINE bool solve_tall(Rows<M> m, const double* columns, const int* i
   if (!(in.condition <= kRefinedCondition)) return false;
   solve(size, in.factor, y, z);
   residual_of(columns, index, count, rhs, z, in.residual);
-  if (in.condition > kPlainCondition) {
+  for (int step = refinements(in.condition); step > 0; --step) {
     for (int i = 0; i < count; ++i) y[i] = madd(-kappa, z[i], dot(m, column_at(columns, index, i), in.residual));
     solve(size, in.factor, y, y);
     for (int i = 0; i < count; ++i) z[i] += y[i];

@@ -14,11 +14,6 @@ constexpr double kNearly = 1e-9;    // one that may be none, where the search ca
 constexpr double kShort = 1e-5;     // and one whose direction needs care,
 constexpr double kGrazing = 0.02;   // as does a plane that the twist meets at a smaller angle
 
-template <int M>
-inline double size_of(Rows<M> m, const double* a) {
-  return square_root(dot(m, a, a));
-}
-
 // The residual that counts as none: rounding of the twist, and of the sum of what the joints contribute.
 STILLREACH_INLINE double reached(const Box& b, double scale) {
   double largest = 0.0;

@@ -1,0 +1,80 @@
+"""The paper's arm straight up, where its Jacobian has rank 3, and a hair beside it."""
+
+import numpy as np
+import pytest
+
+import stillreach as sr
+from oracles.kinematics import paper_arm
+from stillreach import Status
+from stillreach.paper import examples
+from tests.conformance.registry import LAWS
+
+ARM = sr.arms.nasa_modular()
+SIGNS = np.where(np.arange(11) % 2 == 0, 1.0, -1.0)
+INWARD = np.array([0.0, 0.0, -0.127, 0.0, 0.0, 0.0])
+FAILURES = {"all free": (), "2, 4, 7 failed": (1, 3, 6)}
+LIMIT = np.deg2rad(50.0)
+
+
+def null_space_of_rows(J):
+    """(6, lost) orthonormal, by way of the eigenvectors of J J'."""
+    values, vectors = np.linalg.eigh(J @ J.T)
+    return vectors[:, values < 1e-12 * values[-1]]
+
+
+@pytest.mark.parametrize("failed", FAILURES.values(), ids=FAILURES)
+@pytest.mark.parametrize("law", LAWS)
+def test_what_the_straight_arm_lost_is_told(law, failed):
+    q = np.zeros(11)
+    J = ARM.jacobian(q)
+    lost = null_space_of_rows(J)
+    assert lost.shape == (6, 3)
+    assert np.allclose(J, paper_arm(q)[2], atol=1e-14)
+    answer = LAWS[law].make().solve(J, INWARD, sr.Bounds.symmetric(LIMIT, n=11).lock(failed))
+    told = answer.lost_directions()
+    assert told.shape == (6, 3)
+    assert np.allclose(told.T @ told, np.eye(3), atol=1e-12)
+    assert np.allclose(told @ told.T, lost @ lost.T, atol=1e-12)
+    assert np.all(np.abs(answer.rates) <= LIMIT)
+    assert Status.SINGULAR in answer.status
+
+
+@pytest.mark.parametrize("failed", FAILURES.values(), ids=FAILURES)
+@pytest.mark.parametrize("angle", [1e-3, -1e-3])
+def test_beside_a_singularity_no_joint_runs_for_nothing(failed, angle, capsys):
+    largest, along = {}, {}
+    for name, law in {"damped": sr.LeastError(max_gain=10.0), "bare": sr.LeastError(max_gain=None)}.items():
+        controller = sr.Controller(ARM, law=law, rate_limits=LIMIT)
+        for joint in failed:
+            controller.fail(joint)
+        answer = controller.step(angle * SIGNS, INWARD)
+        largest[name] = np.max(np.abs(answer.rates))
+        along[name] = -(INWARD - answer.residual)[2] / 0.127
+    with capsys.disabled():
+        moved = ", ".join(f"{name} {largest[name]:.4f} rad/s for {100 * along[name]:.2f} %" for name in largest)
+        print(f"\n  straight arm, {len(failed)} failed, pushed inward: {moved}")
+    assert largest["damped"] <= 0.05
+    assert largest["bare"] > 0.99 * LIMIT
+    assert along["bare"] < 0.03
+
+
+def test_the_free_run_of_example_2_does_not_see_the_gain():
+    scenario = examples.scenarios()[examples.EXAMPLE_2_FREE]
+    rates = {}
+    for gain in (10.0, None):
+        law = sr.LeastError(max_gain=gain)
+        run = sr.simulate(
+            sr.Scenario(
+                arm=scenario.arm,
+                start=scenario.start,
+                motion=scenario.motion,
+                law=law,
+                period=scenario.period,
+                duration=scenario.duration,
+                rate_limits=LIMIT,
+            ),
+            progress=False,
+        )
+        rates[gain] = run.rates
+    assert np.max(np.abs(rates[10.0])) > 0.01
+    assert np.max(np.abs(rates[10.0] - rates[None])) <= 1e-9

@@ -1,0 +1,129 @@
+// Pose and Jacobian of a chain: arms solved by hand, derivatives by finite differences, no number written too far.
+#include "check.hpp"
+#include "robot.hpp"
+
+namespace {
+
+struct Kinematics {
+  std::vector<double> placements, scratch, jacobian;
+  std::vector<std::int8_t> kinds;
+  double pose[12];
+  explicit Kinematics(const Chain& c)
+      : placements(12 * (c.n() + 1)), scratch(2 * c.n()), jacobian(6 * c.n() + 2, 1234.5), kinds(c.kinds) {
+    kernel().align_axes(c.n(), c.placements.data(), c.axes.data(), placements.data());
+  }
+  void at(const std::vector<double>& q, bool with_jacobian = true) {
+    const stillreach::ArmView arm{static_cast<int>(kinds.size()), placements.data(), kinds.data()};
+    kernel().kinematics(arm, q.data(), scratch.data(), pose, with_jacobian ? jacobian.data() : nullptr);
+  }
+};
+
+void planar_arm_by_hand() {
+  Kinematics k(planar_chain(2));
+  const double a = 0.3, b = 1.1;
+  k.at({a, b});
+  const double x = std::cos(a) + std::cos(a + b), y = std::sin(a) + std::sin(a + b);
+  const double pose[12] = {std::cos(a + b), std::sin(a + b), 0, -std::sin(a + b), std::cos(a + b), 0, 0, 0, 1, x, y, 0};
+  const double jacobian[12] = {-y, x, 0, 0, 0, 1, -std::sin(a + b), std::cos(a + b), 0, 0, 0, 1};
+  for (int i = 0; i < 12; ++i) CHECK_NEAR(k.pose[i], pose[i], 1e-15);
+  for (int i = 0; i < 12; ++i) CHECK_NEAR(k.jacobian[i], jacobian[i], 1e-15);
+}
+
+void slide_on_a_turn_by_hand() {  // turn about y, then slide along the turned x
+  Chain c;
+  c.joint(0, 0, 0.5, 0, 1, 0);
+  c.joint(0, 0, 0, 1, 0, 0, stillreach::PRISMATIC);
+  c.shift(1, 0, 0);
+  Kinematics k(c);
+  const double a = 0.4, d = 0.25, reach = 1.0 + d;
+  k.at({a, d});
+  CHECK_NEAR(k.pose[9], reach * std::cos(a), 1e-15);
+  CHECK_NEAR(k.pose[10], 0.0, 1e-15);
+  CHECK_NEAR(k.pose[11], 0.5 - reach * std::sin(a), 1e-15);
+  const double jacobian[12] = {-reach * std::sin(a), 0, -reach * std::cos(a), 0, 1, 0, std::cos(a), 0, -std::sin(a), 0, 0, 0};
+  for (int i = 0; i < 12; ++i) CHECK_NEAR(k.jacobian[i], jacobian[i], 1e-15);
+}
+
+void paper_arm_by_hand() {  // upright: reach 15 ft; all of it laid over by the first pitch: towards -x
+  Kinematics k(paper_chain());
+  std::vector<double> q(11, 0.0);
+  k.at(q);
+  CHECK_NEAR(k.pose[11], 15 * 0.3048, 1e-12);
+  q[1] = kPi / 2;
+  k.at(q);
+  CHECK_NEAR(k.pose[9], -5 * 0.762, 1e-12);
+  CHECK_NEAR(k.pose[11], 0.762, 1e-12);
+}
+
+// Column i of the Jacobian is what a small motion of joint i does to the pose.
+void jacobian_is_the_derivative(const Chain& chain, std::uint64_t seed) {
+  const int n = chain.n();
+  const double h = 1e-6;
+  Random random(seed);
+  std::vector<double> q = random.vector(n, 3.0);
+  Kinematics at(chain), up(chain), down(chain);
+  at.at(q);
+  for (int i = 0; i < n; ++i) {
+    std::vector<double> high = q, low = q;
+    high[i] += h, low[i] -= h;
+    up.at(high, false), down.at(low, false);
+    double rotation[3][3] = {};  // dR/dq R'
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c)
+        for (int a = 0; a < 3; ++a)
+          rotation[r][c] += (up.pose[3 * a + r] - down.pose[3 * a + r]) / (2 * h) * at.pose[3 * a + c];
+    const double* column = at.jacobian.data() + 6 * i;
+    const double tolerance = 1e-9 * n;
+    for (int r = 0; r < 3; ++r) CHECK_NEAR(column[r], (up.pose[9 + r] - down.pose[9 + r]) / (2 * h), tolerance);
+    CHECK_NEAR(column[3], rotation[2][1], tolerance);
+    CHECK_NEAR(column[4], rotation[0][2], tolerance);
+    CHECK_NEAR(column[5], rotation[1][0], tolerance);
+  }
+}
+
+void large_angles() {  // whole turns change nothing, also where the fast sine hands over to the C library
+  for (double turns : {1.0, -7.0, 1e4, 2e5, 1e9}) {
+    const double a = 0.7 + 2 * kPi * turns, b = -1.9 - 2 * kPi * turns;
+    Kinematics k(planar_chain(2));
+    k.at({a, b});
+    CHECK_NEAR(k.pose[9], std::cos(a) + std::cos(a) * std::cos(b) - std::sin(a) * std::sin(b), 1e-14);
+    CHECK_NEAR(k.pose[10], std::sin(a) + std::sin(a) * std::cos(b) + std::cos(a) * std::sin(b), 1e-14);
+  }
+}
+
+void writes_no_further_than_it_says() {
+  for (int n = 1; n <= 13; ++n) {
+    const Chain chain = snake_chain(n);
+    Kinematics k(chain);
+    k.jacobian.assign(6 * n + 10, 1234.5), k.scratch.assign(2 * n + 8, 1234.5);
+    k.at(Random(n).vector(n, 2.0));
+    for (int i = 6 * n + 2; i < 6 * n + 10; ++i) CHECK(k.jacobian[i] == 1234.5);
+    for (int i = 2 * n; i < 2 * n + 8; ++i) CHECK(k.scratch[i] == 1234.5);
+  }
+}
+
+void with_and_without_jacobian_agree() {
+  const Chain chain = skew_chain(9, 4);
+  Kinematics with(chain), without(chain);
+  const std::vector<double> q = Random(5).vector(9, 2.0);
+  with.at(q), without.at(q, false);
+  for (int i = 0; i < 12; ++i) CHECK(with.pose[i] == without.pose[i]);
+}
+
+}  // namespace
+
+int main() {
+  planar_arm_by_hand();
+  slide_on_a_turn_by_hand();
+  paper_arm_by_hand();
+  for (int n : {1, 2, 3, 4, 5, 6, 7, 8, 11}) {
+    jacobian_is_the_derivative(snake_chain(n), n);
+    jacobian_is_the_derivative(skew_chain(n, 100 + n), n);
+  }
+  jacobian_is_the_derivative(paper_chain(), 3);
+  jacobian_is_the_derivative(snake_chain(500), 4);
+  large_angles();
+  writes_no_further_than_it_says();
+  with_and_without_jacobian_agree();
+  return finish("kinematics");
+}
