@@ -3,15 +3,17 @@
 #include <cmath>
 #include <cstring>
 
+static const double kRigid = 1e-9;  // as _door.RIGID_TOLERANCE
+
 bool read_pose(const double* T, double* frame) {
-  bool right = true;
+  bool right = T[12] == 0.0 && T[13] == 0.0 && T[14] == 0.0 && T[15] == 1.0;
   for (int c = 0; c < 4; ++c)
     for (int r = 0; r < 3; ++r) frame[3 * c + r] = T[4 * r + c], right &= std::isfinite(T[4 * r + c]);
   for (int a = 0; a < 3; ++a)
     for (int b = 0; b <= a; ++b) {
       double dot = 0.0;
       for (int r = 0; r < 3; ++r) dot += frame[3 * a + r] * frame[3 * b + r];
-      right &= std::fabs(dot - (a == b)) <= 1e-6;
+      right &= std::fabs(dot - (a == b)) <= kRigid;
     }
   const double* f = frame;
   const double det = f[0] * (f[4] * f[8] - f[5] * f[7]) - f[3] * (f[1] * f[8] - f[2] * f[7]) + f[6] * (f[1] * f[5] - f[2] * f[4]);
@@ -54,7 +56,7 @@ static void make_controller(Controller* self, const Arm& arm, const Law& law, co
   s.track_gain = track_gain, s.track_linear = track_linear, s.track_angular = track_angular;
   s.null_kind = stillreach::NULL_NONE, s.null_largest = std::numeric_limits<double>::infinity();
 
-  c.numbers.assign(30 * static_cast<std::size_t>(n) + 2, 0.0), c.bytes.assign(4 * static_cast<std::size_t>(n), 0);
+  c.numbers.assign(32 * static_cast<std::size_t>(n) + 2, 0.0), c.bytes.assign(4 * static_cast<std::size_t>(n), 0);
   double* at = c.numbers.data();
   const auto take = [&](int times) { double* p = at; at += static_cast<std::size_t>(times) * n; return p; };
   const auto copy = [&](const char* name, nb::handle from) {
@@ -65,26 +67,23 @@ static void make_controller(Controller* self, const Arm& arm, const Law& law, co
   s.rate_lower = copy("rate_limits", rate_lower), s.rate_upper = copy("rate_limits", rate_upper);
   s.position_lower = copy("position_limits", position_lower), s.position_upper = copy("position_limits", position_upper);
   s.acceleration = copy("acceleration_limits", acceleration);
-  s.null_vector = take(1), s.fault_value = take(1), s.last = take(1), s.lower = take(1), s.upper = take(1), s.reference = take(1);
+  s.null_vector = take(1), s.fault_value = take(1), s.last = take(1), s.anchor = take(1), s.lower = take(1), s.upper = take(1), s.reference = take(1);
   s.task_jacobian = s.every_row ? nullptr : take(6), s.scratch = take(8), s.jacobian = take(6);  // last: it writes two numbers more
   if (s.every_row) s.task_jacobian = s.jacobian;
   s.constant_bounds = 1;
   for (int i = 0; i < n; ++i)
     s.constant_bounds &= std::isinf(s.position_lower[i]) && std::isinf(s.position_upper[i]) && std::isinf(s.acceleration[i]);
   s.health = c.bytes.data(), s.active = s.health + n, s.lower_reason = s.active + n, s.upper_reason = s.lower_reason + n;
-  c.rates.assign(n, 0.0), c.residual.assign(6, 0.0), c.active.assign(n, 0);
+  c.rates.assign(n, 0.0), c.measured.assign(n, 0.0), c.residual.assign(6, 0.0), c.active.assign(n, 0);
   c.answer.rates = c.rates.data(), c.answer.residual = c.residual.data(), c.answer.active = c.active.data();
   c.scratch.fit(n, !c.metric->joints.empty());
 }
 
-// Reads a 1-d input into `to` and checks that it is finite.
-static void input(const char* name, nb::handle from, long length, double* to) { read_vector(name, from, length, to); }
-
-static Solution take_solution(Controller& c, nb::handle out) {
+// view: `out`, opened, where there is one.
+static Solution take_solution(Controller& c, nb::handle out, View view) {
   const int n = c.n(), m = c.state.m;
   Solution s;
   s.metric = c.metric, s.m = m, s.n = n, s.rank_tolerance = c.state.law.rank_tolerance;
-  View view;
   if (out.is_none()) {
     static PyObject* lengths[64] = {};
     nb::object length = n < 64 && lengths[n] ? nb::borrow(lengths[n]) : nb::object(nb::int_(n));
@@ -93,7 +92,6 @@ static Solution take_solution(Controller& c, nb::handle out) {
     view.open(s.rates);
   } else {
     s.rates = nb::borrow(out);
-    view = strict("out", out, {n}, true);
   }
   std::memcpy(view.data(), c.rates.data(), sizeof(double) * n);
   s.numbers.reset(new double[Solution::count(m, n)]);
@@ -109,22 +107,24 @@ static Solution take_solution(Controller& c, nb::handle out) {
   return s;
 }
 
-static const int kStackJoints = 512;
-
 static Solution step(Controller& c, nb::handle q, nb::handle twist, nb::handle out) {
-  double at[kStackJoints], command[6];
-  if (!out.is_none()) strict("out", out, {c.n()}, true);
-  input("q", q, c.n(), at);
-  input("twist", twist, 6, command);
-  if (!c.gradient.is_none()) c.update_gradient(at, true);
-  c.run(at, command, nullptr);
-  return take_solution(c, out);
+  std::vector<double>& at = c.measured;
+  double command[6];
+  View view;
+  if (!out.is_none()) view = strict("out", out, {c.n()}, true);
+  read_vector("q", q, c.n(), at.data());
+  read_vector("twist", twist, 6, command);
+  if (!c.gradient.is_none()) c.update_gradient(at.data(), true);
+  c.run(at.data(), command, nullptr);
+  return take_solution(c, out, std::move(view));
 }
 
 static Solution track(Controller& c, nb::handle q, nb::handle target_pose, nb::handle feedforward, nb::handle out) {
-  double at[kStackJoints], command[6] = {0, 0, 0, 0, 0, 0}, target[12];
-  if (!out.is_none()) strict("out", out, {c.n()}, true);
-  input("q", q, c.n(), at);
+  std::vector<double>& at = c.measured;
+  double command[6] = {0, 0, 0, 0, 0, 0}, target[12];
+  View view;
+  if (!out.is_none()) view = strict("out", out, {c.n()}, true);
+  read_vector("q", q, c.n(), at.data());
   View matrix;
   nb::object converted;
   if (!(matrix.open(target_pose) && matrix.is_double() && matrix.is_contiguous() && matrix.ndim() == 2 && matrix.size(0) == 4 && matrix.size(1) == 4)) {
@@ -135,10 +135,10 @@ static Solution track(Controller& c, nb::handle q, nb::handle target_pose, nb::h
     nb::module_::import_("stillreach._door").attr("pose")("target_pose", target_pose);
     refuse("target_pose", describe(target_pose), "a rigid transform (4 x 4)");
   }
-  if (!feedforward.is_none()) input("feedforward", feedforward, 6, command);
-  if (!c.gradient.is_none()) c.update_gradient(at, true);
-  c.run(at, command, target);
-  return take_solution(c, out);
+  if (!feedforward.is_none()) read_vector("feedforward", feedforward, 6, command);
+  if (!c.gradient.is_none()) c.update_gradient(at.data(), true);
+  c.run(at.data(), command, target);
+  return take_solution(c, out, std::move(view));
 }
 
 // The arrays of a bound tick, held open for as long as it lives.
@@ -178,17 +178,14 @@ static nb::object bind(nb::handle self, nb::handle q, nb::handle twist, nb::hand
 }
 
 static void set_health(Controller& c, int joint, int health, double value) {
-  c.state.health[joint] = static_cast<std::int8_t>(health);
-  c.state.fault_value[joint] = value;
-  c.state.bounds_stand = 0;
-  if (c.state.transition_rate > 0.0) c.state.transition = 1.0;
+  kernel().set_health(c.state, joint, health, value);
 }
 
 static void reset(Controller& c, nb::handle rates) {
   if (rates.is_none())
     std::memset(c.state.last, 0, sizeof(double) * c.n());
   else
-    read_vector("rates", rates, c.n(), c.state.last);
+    read_vector("rates", rates, c.n(), c.measured.data()), std::memcpy(c.state.last, c.measured.data(), sizeof(double) * c.n());
   std::memset(c.state.active, 0, c.n());
   std::memset(c.state.plane, 0, sizeof c.state.plane);
   c.state.transition = 0.0;
@@ -215,20 +212,20 @@ void bind_controller(nb::module_& m) {
         nb::kw_only(), nb::arg("arm"), nb::arg("law"), nb::arg("metric"), nb::arg("rows"), nb::arg("tool_axes"), nb::arg("period"),
         nb::arg("rate_lower"), nb::arg("rate_upper"), nb::arg("position_lower"), nb::arg("position_upper"), nb::arg("acceleration"),
         nb::arg("return_rate"), nb::arg("transition_rate"), nb::arg("track_gain"), nb::arg("track_linear"), nb::arg("track_angular"));
-  c.def("step", &step, nb::arg("q"), nb::arg("twist"), nb::kw_only(), nb::arg("out").none() = nb::none(),
+  c.def("step", &step, nb::arg("q").none(), nb::arg("twist").none(), nb::kw_only(), nb::arg("out").none() = nb::none(),
         nb::sig("def step(self, q: numpy.typing.ArrayLike, twist: numpy.typing.ArrayLike, *, "
                 "out: numpy.typing.NDArray[numpy.float64] | None = None) -> Solution"),
         "One tick: q (n,) [rad, m] measured, twist (6,) [m/s, rad/s] commanded along base axes -> Solution.\n\n"
         "out (n,) receives the rates instead of a new array. Raises InputError for anything that is not finite or not of the right "
         "shape; the controller is then as it was.");
-  c.def("track", &track, nb::arg("q"), nb::arg("target_pose"), nb::arg("feedforward").none() = nb::none(), nb::kw_only(),
+  c.def("track", &track, nb::arg("q").none(), nb::arg("target_pose").none(), nb::arg("feedforward").none() = nb::none(), nb::kw_only(),
         nb::arg("out").none() = nb::none(),
         nb::sig("def track(self, q: numpy.typing.ArrayLike, target_pose: numpy.typing.ArrayLike, feedforward: "
                 "numpy.typing.ArrayLike | None = None, *, out: numpy.typing.NDArray[numpy.float64] | None = None) -> Solution"),
         "One tick that closes the loop on the tool's pose: target_pose (4, 4) [m] in the base frame, feedforward (6,) the twist "
         "that the target moves with -> Solution.");
   c.def("bind", [](nb::handle self, nb::handle q, nb::handle twist, nb::handle rates, nb::handle target) { return bind(self, q, twist, rates, target); },
-        nb::kw_only(), nb::arg("q"), nb::arg("twist"), nb::arg("rates"), nb::arg("target").none() = nb::none(),
+        nb::kw_only(), nb::arg("q").none(), nb::arg("twist").none(), nb::arg("rates").none(), nb::arg("target").none() = nb::none(),
         nb::sig("def bind(self, *, q: numpy.typing.NDArray[numpy.float64], twist: numpy.typing.NDArray[numpy.float64], rates: "
                 "numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64] | None = None) -> "
                 "collections.abc.Callable[[], stillreach.status.Status]"),

@@ -10,7 +10,7 @@ struct Controller {
   Scratch scratch;
   std::vector<double> numbers;       // everything that `state` points to
   std::vector<std::int8_t> bytes;
-  std::vector<double> rates, residual;
+  std::vector<double> rates, residual, measured;
   std::vector<std::int8_t> active;
   stillreach::Answer answer{};
   nb::object gradient;               // a callable q -> (n,), or none

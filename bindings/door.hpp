@@ -71,14 +71,14 @@ inline std::string describe(nb::handle object) {
 // Opens `object` in place: float64, C-contiguous, aligned, of this shape (-1: any length); and writable where asked.
 inline View strict(const char* argument, nb::handle object, std::initializer_list<long> shape, bool writable) {
   View view;
-  const std::string wanted = std::string(writable ? "a writable" : "a") + " C-contiguous float64 array of shape " + shape_text(shape);
-  if (!view.open(object)) refuse(argument, describe(object), wanted);
+  const auto wanted = [&] { return std::string(writable ? "a writable" : "a") + " C-contiguous float64 array of shape " + shape_text(shape); };
+  if (!view.open(object)) refuse(argument, describe(object), wanted());
   bool fits = view.ndim() == static_cast<int>(shape.size());
   int axis = 0;
   for (long s : shape) fits = fits && (s < 0 || view.size(axis) == s), ++axis;
-  if (!fits || !view.is_double()) refuse(argument, describe(object), wanted);
-  if (!view.is_contiguous() || !view.is_aligned()) refuse(argument, describe(object) + ", not contiguous", wanted);
-  if (writable && !view.is_writable()) refuse(argument, describe(object) + ", read-only", wanted);
+  if (!fits || !view.is_double()) refuse(argument, describe(object), wanted());
+  if (!view.is_contiguous() || !view.is_aligned()) refuse(argument, describe(object) + ", not contiguous", wanted());
+  if (writable && !view.is_writable()) refuse(argument, describe(object) + ", read-only", wanted());
   return view;
 }
 

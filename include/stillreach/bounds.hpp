@@ -8,15 +8,17 @@
 STILLREACH_BEGIN
 
 // Largest rate towards a position limit `room` away: not past it in one period, and with an acceleration limit not past
-// it when braking from there, tick by tick: v^2 / 2a + v period / 2 = room (for period -> 0 the curve sqrt(2 a room)).
+// it when braking from there, tick by tick. From v = (k + f) a period, k whole and 0 <= f < 1, that takes
+// a period^2 (k (k + 1) / 2 + (k + 1) f); this is its inverse (for period -> 0 the curve sqrt(2 a room)).
 STILLREACH_INLINE double approach_rate(double room, double period, double acceleration) {
   if (!(room > 0.0)) return 0.0;
-  const double stop = room / period;
-  if (!(acceleration < infinity()) || !(stop < infinity())) return stop;
-  const double half = 0.5 * acceleration * period;
-  // half (sqrt(1 + x) - 1) with x = 2 a room / half^2, without cancellation for small x
-  const double curve = 2.0 * acceleration * room / (half + square_root(madd(half, half, 2.0 * acceleration * room)));
-  return smaller(stop, curve);
+  const double stop = room / period, step = acceleration * period;
+  if (!(step < infinity()) || !(stop < infinity())) return stop;
+  if (!(step > 0.0)) return 0.0;
+  const double x = stop / step;
+  if (!(x < 1e15)) return square_root(2.0 * acceleration) * square_root(room);
+  const double k = static_cast<double>(static_cast<long long>(0.5 * (square_root(madd(8.0, x, 1.0)) - 1.0)));
+  return step * (0.5 * k + x / (k + 1.0));
 }
 
 // Bounds of joint i at position q (a NaN: its position limits cannot be kept). False where the acceleration limit had to
@@ -46,13 +48,14 @@ STILLREACH_INLINE bool joint_bounds(ControllerState& c, int i, double q) {
   if (!(a < infinity())) return true;
   const double slowest = c.last[i] - a * c.period, fastest = c.last[i] + a * c.period;
   bool kept = true;
-  if (slowest > upper) {
+  const double slack = 1e-9 * a * c.period;  // rounding of a joint that brakes along the curve is no contradiction
+  if (slowest > upper + slack) {
     lower = upper, c.lower_reason[i] = c.upper_reason[i], kept = false;
-  } else if (fastest < lower) {
+  } else if (fastest < lower - slack) {
     upper = lower, c.upper_reason[i] = c.lower_reason[i], kept = false;
   } else {
-    if (slowest > lower) lower = slowest, c.lower_reason[i] = ACCELERATION;
-    if (fastest < upper) upper = fastest, c.upper_reason[i] = ACCELERATION;
+    if (slowest > lower) lower = smaller(slowest, upper), c.lower_reason[i] = ACCELERATION;
+    if (fastest < upper) upper = larger(fastest, lower), c.upper_reason[i] = ACCELERATION;
   }
   return kept;
 }

@@ -10,7 +10,7 @@
 STILLREACH_BEGIN
 
 constexpr int kMaxReleases = 4;
-constexpr int kNever = 100;         // a release count: freeing this variable led nowhere
+constexpr int kNever = 100;         // a release count: freeing this variable led straight back to its bound
 constexpr double kInside = 1e-12;   // relative slack of a free variable at its bound
 constexpr double kRounding = 4e-15; // relative error that a residual may have
 constexpr double kDescent = 1e-13;  // relative change of an objective that counts
@@ -26,6 +26,7 @@ struct Box {
   const double* weight;   // k x k: W, or null for the identity
   double* whitened;       // 6 k and
   double* triangle;       // k x k numbers where there is a weight
+  double slack;           // of targets at their bounds
   double* z;              // k: the answer
   std::int8_t* state;     // k: -1 at lower, 1 at upper, 0 free; in: where to start
   double* target;         // k
@@ -117,79 +118,60 @@ inline int solve_free(Rows<M> m, Box& b, const double* rhs, Inner& in) {
   return free;
 }
 
-STILLREACH_INLINE bool inside(double z, double lower, double upper) {
-  const double slack = kInside * magnitude(z);
-  return z <= upper + slack && z >= lower - slack;
+// Whether target[j] is inside its bounds, up to rounding of it and of the largest one.
+STILLREACH_INLINE bool inside(const Box& b, int j) {
+  const int i = b.index[j];
+  const double slack = madd(kInside, magnitude(b.target[j]), b.slack);
+  return b.target[j] <= b.upper[i] + slack && b.target[j] >= b.lower[i] - slack;
 }
 
-// Writes a trial point: the free variables at `part` of the way to their targets, stopped at their bounds.
-STILLREACH_INLINE void try_step(const Box& b, int free, double part, double* trial) {
-  for (int i = 0; i < b.k; ++i) trial[i] = b.z[i];
-  for (int j = 0; j < free; ++j) {
-    const int i = b.index[j];
-    trial[i] = clamp(madd(part, b.target[j] - b.z[i], b.z[i]), b.lower[i], b.upper[i]);
+// Moves the free variables towards their targets: all the way with the ones that leave the box stopped at it where that
+// lowers the objective, else up to the first bound that is met. Stopped variables become fixed. freed: the variable freed
+// last, or -1; where its own bound is the one met, at once, what freed it was rounding.
+template <int M>
+inline void advance(Rows<M> m, Box& b, const double* rhs, int free, bool first, int freed, double noise, Objective& now) {
+  if (first) {
+    for (int j = 0; j < free; ++j) {
+      const int i = b.index[j];
+      b.state[i] = inside(b, j) ? 0 : b.target[j] > b.upper[i] ? 1 : -1;
+      b.z[i] = clamp(b.target[j], b.lower[i], b.upper[i]);
+    }
+    now = objective(m, b, rhs, b.z);
+    return;
   }
-}
-
-// The first bound that the free variables meet on their way to the targets, as an index into b.index; -1: none.
-STILLREACH_INLINE int first_bound(const Box& b, int free, double& part) {
+  double* trial = b.work;  // free again: solve_inner is done with it
+  for (int i = 0; i < b.k; ++i) trial[i] = b.z[i];
+  for (int j = 0; j < free; ++j) trial[b.index[j]] = clamp(b.target[j], b.lower[b.index[j]], b.upper[b.index[j]]);
+  const Objective there = objective(m, b, rhs, trial);
+  if (lower_than(there, now, noise)) {
+    for (int j = 0; j < free; ++j) {
+      const int i = b.index[j];
+      if (!inside(b, j)) b.state[i] = b.target[j] > b.upper[i] ? 1 : -1;
+      b.z[i] = trial[i];
+    }
+    now = there;
+    return;
+  }
+  double part = 1.0;
   int blocking = -1;
-  part = 1.0;
   for (int j = 0; j < free; ++j) {
     const int i = b.index[j];
-    if (inside(b.target[j], b.lower[i], b.upper[i])) continue;
+    if (inside(b, j)) continue;
     const double move = b.target[j] - b.z[i];
     const double room = ((move > 0.0 ? b.upper[i] : b.lower[i]) - b.z[i]) / move;
     if (blocking < 0 || room < part) part = larger(room, 0.0), blocking = j;
   }
-  return blocking;
-}
-
-STILLREACH_INLINE void stop_at_bound(Box& b, int j) {
-  const int i = b.index[j];
-  b.state[i] = b.target[j] > b.upper[i] ? 1 : -1;
-  b.z[i] = b.state[i] > 0 ? b.upper[i] : b.lower[i];
-}
-
-// Where to start from: the targets stopped at the bounds.
-template <int M>
-inline void begin(Rows<M> m, Box& b, const double* rhs, int free, Objective& now) {
   for (int j = 0; j < free; ++j) {
     const int i = b.index[j];
-    b.z[i] = clamp(b.target[j], b.lower[i], b.upper[i]);
-    if (!inside(b.target[j], b.lower[i], b.upper[i])) stop_at_bound(b, j);
+    b.z[i] = clamp(madd(part, b.target[j] - b.z[i], b.z[i]), b.lower[i], b.upper[i]);
+  }
+  if (blocking >= 0) {
+    const int i = b.index[blocking];
+    if (i == freed && part == 0.0) b.releases[i] = kNever;
+    b.state[i] = b.target[blocking] > b.upper[i] ? 1 : -1;
+    b.z[i] = b.state[i] > 0 ? b.upper[i] : b.lower[i];
   }
   now = objective(m, b, rhs, b.z);
-}
-
-// Moves the free variables towards their targets: all the way with the ones that leave the box stopped at it where that
-// lowers the objective, else up to the first bound that is met. False, with nothing moved, where the objective would
-// rise: then the solve was rounding (or truncated at the rank tolerance), and so was what freed the last variable.
-template <int M>
-inline bool advance(Rows<M> m, Box& b, const double* rhs, int free, bool all_inside, double noise, Objective& now) {
-  double* trial = b.work;  // free again: solve_inner is done with it
-  try_step(b, free, 1.0, trial);
-  Objective there = objective(m, b, rhs, trial);
-  const bool whole = all_inside ? !lower_than(now, there, noise) : lower_than(there, now, noise);
-  if (whole) {
-    for (int j = 0; j < free; ++j) {
-      const int i = b.index[j];
-      b.z[i] = trial[i];
-      if (!inside(b.target[j], b.lower[i], b.upper[i])) stop_at_bound(b, j);
-    }
-    now = there;
-    return true;
-  }
-  if (all_inside) return false;
-  double part;
-  const int blocking = first_bound(b, free, part);
-  try_step(b, free, part, trial);
-  there = objective(m, b, rhs, trial);
-  if (lower_than(now, there, noise)) return false;
-  for (int j = 0; j < free; ++j) b.z[b.index[j]] = trial[b.index[j]];
-  if (blocking >= 0) stop_at_bound(b, blocking);
-  now = there;
-  return true;
 }
 
 // The fixed variable whose release lowers the objective most, or -1. wanted: one was wanted that may not move again.
@@ -198,10 +180,13 @@ inline int choose_release(Rows<M> m, const Box& b, const Inner& in, double rhs_s
   double size = rhs_size;  // residuals are known to a rounding error of this
   for (int i = 0; i < b.k; ++i) size = larger(size, magnitude(b.z[i]) * b.length[i]);
   // How orthogonal the residual came out to the free columns tells how well it is known.
-  double floor = 1e-16 * size;
-  for (int i = 0; i < b.k; ++i)
-    if (b.state[i] == 0 && b.length[i] > 0.0)
-      floor = larger(floor, 4.0 * magnitude(dot(m, b.columns + i * kStride, in.residual)) / b.length[i]);
+  double along = 0.0, longest = 0.0;
+  for (int i = 0; i < b.k; ++i) {
+    if (b.state[i] != 0) continue;
+    along = larger(along, magnitude(dot(m, b.columns + i * kStride, in.residual)));
+    longest = larger(longest, b.length[i]);
+  }
+  const double floor = larger(1e-16 * size, longest > 0.0 ? 4.0 * along / longest : 0.0);
   const bool damped = b.kappa > 0.0, consistent = dot(m, in.residual, in.residual) <= kRounding * kRounding * size * size;
   const double dual_size = square_root(dot(m, in.dual, in.dual));
   int first = -1, second = -1;
@@ -237,8 +222,7 @@ inline int choose_release(Rows<M> m, const Box& b, const Inner& in, double rhs_s
 // solved: b.target and `in` already hold the answer for all variables free.
 template <int M>
 inline void solve_box(Rows<M> m, const double* rhs, Box& b, Inner& in, bool solved) {
-  const double rhs_size = size_of(m, rhs);
-  double size = rhs_size;
+  double size = square_root(dot(m, rhs, rhs));
   for (int i = 0; i < b.k; ++i) {
     b.releases[i] = 0;
     if (b.state[i] > 0 && !(b.upper[i] < infinity())) b.state[i] = 0;
@@ -246,38 +230,40 @@ inline void solve_box(Rows<M> m, const double* rhs, Box& b, Inner& in, bool solv
     b.z[i] = b.state[i] > 0 ? b.upper[i] : b.state[i] < 0 ? b.lower[i] : clamp(0.0, b.lower[i], b.upper[i]);
     if (b.state[i] != 0) size = larger(size, magnitude(b.z[i]) * b.length[i]);
   }
+  const double noise = 1e-28 * size * size;
   Objective now{infinity(), infinity()};
   bool first = true;
-  int freed = -1, freed_from = 0;  // the variable freed last, and the bound it was at
+  int freed = -1;
   b.capped = false;
-  const int most = (kMaxReleases + 2) * b.k + 2;
+  const int most = (kMaxReleases + 1) * b.k + 2;
   for (int step = 0; step < most; ++step) {
     const int free = solved && step == 0 ? b.k : solve_free(m, b, rhs, in);
+    b.slack = 0.0;
+    for (int j = 0; j < free; ++j) b.slack = larger(b.slack, 1e-13 * magnitude(b.target[j]));
     bool all_inside = true;
-    for (int j = 0; j < free; ++j) all_inside &= inside(b.target[j], b.lower[b.index[j]], b.upper[b.index[j]]);
-    for (int j = 0; j < free; ++j) size = larger(size, magnitude(b.z[b.index[j]]) * b.length[b.index[j]]);
-    const double noise = 1e-28 * size * size;
-    if (first) {
-      begin(m, b, rhs, free, now);
-    } else if (!advance(m, b, rhs, free, all_inside, noise, now)) {
-      if (freed < 0) break;
-      b.state[freed] = static_cast<std::int8_t>(freed_from), b.releases[freed] = kNever;
-      freed = -1;
+    for (int j = 0; j < free; ++j) all_inside &= inside(b, j);
+    if (!all_inside) {
+      advance(m, b, rhs, free, first, freed, noise, now);
+      first = false, freed = -1;
       continue;
     }
-    if (freed >= 0 && b.state[freed] == freed_from && !first) b.releases[freed] = kNever;  // back at once: it was rounding
-    first = false, freed = -1;
-    if (!all_inside) continue;
+    for (int j = 0; j < free; ++j) {
+      const int i = b.index[j];
+      b.z[i] = clamp(b.target[j], b.lower[i], b.upper[i]);
+    }
+    for (int r = 0; r < kStride; ++r) b.residual[r] = in.residual[r];
     bool wanted;
-    const int release = choose_release(m, b, in, rhs_size, wanted);
+    const int release = choose_release(m, b, in, size, wanted);
     if (release < 0) {
       b.capped = wanted;
-      break;
+      return;
     }
+    now = objective(m, b, rhs, b.z), first = false;
+    freed = release;
     ++b.releases[release];
-    freed = release, freed_from = b.state[release];
     b.state[release] = 0;
   }
+  b.capped = true;
   residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
 }
 

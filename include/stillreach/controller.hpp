@@ -17,6 +17,16 @@ STILLREACH_INLINE void select_rows(const ControllerState& c, const double* base,
   for (int r = 0; r < c.m; ++r) task[r] = v[c.rows[r]];
 }
 
+// A joint fails or is restored. For a while the reference is what was commanded last.
+inline void set_health(ControllerState& c, int joint, int health, double value) {
+  c.health[joint] = static_cast<std::int8_t>(health);
+  c.fault_value[joint] = value;
+  c.bounds_stand = 0;
+  if (!(c.transition_rate > 0.0)) return;
+  c.transition = 1.0;
+  __builtin_memcpy(c.anchor, c.last, sizeof(double) * c.arm.n);
+}
+
 // The reference rates: null motion, return from outside the position limits, and after a fault the last rates.
 inline const double* reference_rates(ControllerState& c, const double* q, Workspace& w) {
   const int n = c.arm.n;
@@ -35,7 +45,7 @@ inline const double* reference_rates(ControllerState& c, const double* q, Worksp
       any = true;
     }
   if (c.transition > 0.0)
-    for (int i = 0; i < n; ++i) c.reference[i] = madd(c.transition, c.last[i] - c.reference[i], c.reference[i]);
+    for (int i = 0; i < n; ++i) c.reference[i] = madd(c.transition, c.anchor[i] - c.reference[i], c.reference[i]);
   return any ? c.reference : nullptr;
 }
 
@@ -43,7 +53,7 @@ inline const double* reference_rates(ControllerState& c, const double* q, Worksp
 inline void brake(ControllerState& c, const double* q, Answer& out) {
   out.status = INVALID_INPUT, out.damping = 0.0, out.scale = 0.0, out.task_error = 0.0, out.iterations = 0;
   for (int i = 0; i < c.arm.n; ++i) {
-    joint_bounds(c, i, q[i]);
+    if (!joint_bounds(c, i, q[i])) out.status |= LIMIT_GIVEN_UP;
     out.rates[i] = clamp(0.0, c.lower[i], c.upper[i]);
     out.active[i] = !(c.lower[i] < c.upper[i]) ? 2 : 0;
   }

@@ -39,6 +39,7 @@ struct ControllerState {
 
   // what happened
   double* last;            // n: last commanded rates
+  double* anchor;          // n: those when a joint last failed or was restored
   std::int8_t* active;     // n: bounds active a tick ago, as in Answer::active
   int bounds_stand;        // with constant_bounds: they are computed and no fault came since
   double plane[6];         // KeepDirection's supporting plane a tick ago

@@ -12,6 +12,7 @@ constexpr int kFractionSteps = 60;
 constexpr double kReached = 1e-13;  // relative residual that counts as none,
 constexpr double kNearly = 1e-9;    // one that may be none, where the search cannot tell,
 constexpr double kShort = 1e-5;     // and one whose direction needs care,
+constexpr double kNothing = 1e-14;  // a fraction that counts as none
 constexpr double kGrazing = 0.02;   // as does a plane that the twist meets at a smaller angle
 
 // The residual that counts as none: rounding of the twist, and of the sum of what the joints contribute.
@@ -69,7 +70,11 @@ inline double largest_fraction(Rows<M> m, const double* fixed, const double* twi
     for (int r = 0; r < m(); ++r) rhs[r] = madd(fraction, twist[r], fixed[r]);
     solve_box(m, rhs, b, in, solved);
     solved = false;
-    capped |= b.capped;
+    if (b.capped) {  // a start from elsewhere can cost more steps than there are
+      for (int i = 0; i < b.k; ++i) b.state[i] = 0;
+      solve_box(m, rhs, b, in, false);
+    }
+    capped = b.capped;
     residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
     const double error = size_of(m, b.residual), scale = madd(fraction, twist_size, fixed_size);
     if (error <= reached(b, scale)) return fraction;
@@ -80,7 +85,7 @@ inline double largest_fraction(Rows<M> m, const double* fixed, const double* twi
     const bool nearly = error <= kNearly * scale;  // then the plane may be noise
     if (fraction == 0.0 || next < -kNearly) return nearly ? fraction : -1.0;
     if (!(next < fraction)) return fraction;
-    fraction = larger(next, 0.0);
+    fraction = next > kNothing ? next : 0.0;
   }
   capped = true;
   return fraction;
@@ -106,7 +111,7 @@ inline void keep_direction(Rows<M> m, const LawSettings& law, const Problem& p, 
     if (out.scale < 0.0) {
       out.scale = 0.0;
       solve_box(m, fixed, b, in, false);
-      capped |= b.capped;
+      capped = b.capped;
     }
     if (out.scale < 1.0) out.status |= SCALED;
     if (capped) out.status |= ITERATION_LIMIT;
@@ -114,7 +119,6 @@ inline void keep_direction(Rows<M> m, const LawSettings& law, const Problem& p, 
   out.iterations = b.iterations;
   write_rates(p, b, w, out.rates);
   report(m, p, out);
-  if (out.scale == 0.0 && fault_not_compensated(m, p, out)) out.status |= FAULT_NOT_COMPENSATED;
 }
 
 STILLREACH_END

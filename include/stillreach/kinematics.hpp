@@ -6,9 +6,16 @@
 
 STILLREACH_BEGIN
 
+#if defined(__clang__)
+STILLREACH_INLINE Pack yzx(Pack a) { return __builtin_shufflevector(a, a, 1, 2, 0, 3); }
+STILLREACH_INLINE Pack zxy(Pack a) { return __builtin_shufflevector(a, a, 2, 0, 1, 3); }
+#else
+STILLREACH_INLINE Pack yzx(Pack a) { return __builtin_shuffle(a, Mask{1, 2, 0, 3}); }
+STILLREACH_INLINE Pack zxy(Pack a) { return __builtin_shuffle(a, Mask{2, 0, 1, 3}); }
+#endif
+
 STILLREACH_INLINE Pack cross(Pack a, Pack b) {
-  const Mask yzx = {1, 2, 0, 3}, zxy = {2, 0, 1, 3};
-  return madd(__builtin_shuffle(a, yzx), __builtin_shuffle(b, zxy), -(__builtin_shuffle(a, zxy) * __builtin_shuffle(b, yzx)));
+  return madd(yzx(a), zxy(b), -(zxy(a) * yzx(b)));
 }
 
 // Pose of the tool (12 numbers: rotation by columns, translation) and, unless null, the Jacobian: column i at

@@ -8,7 +8,6 @@
 STILLREACH_BEGIN
 
 constexpr double kBoundRamp = 0.5;      // damping is full where the pseudoinverse exceeds a bound by this part of the largest
-constexpr double kCompensated = 1e-9;   // relative task error from which on a runaway joint counts as not compensated
 
 // Under a full joint weight W fixed joints that are off their reference pull at the others: nearest to the reference is then
 // nearest to reference - W_ww^-1 W_wf (rates_f - reference_f).
@@ -37,11 +36,12 @@ inline void pull_reference(const Problem& p, const System& s, const double* rate
 template <int M>
 inline Box make_box(Rows<M> m, const LawSettings& law, const Problem& p, System& s, const double* rates, Workspace& w, double* rhs) {
   for (int r = 0; r < kStride; ++r) rhs[r] = s.rhs[r];
+  // Damping pulls towards the reference: only the part of it that does not move the tool may do so. (Without damping the
+  // rest of it has no say: J dq is settled first.)
+  if (p.reference && law.max_gain > 0.0) project_reference(m, p, s, law.rank_tolerance, false, w, w.offset);
   for (int j = 0; j < s.k; ++j) {
-    const int i = w.joint[j];
-    double reference = p.reference ? p.reference[i] : 0.0;
-    if (!is_finite(reference)) reference = 0.0;
-    w.offset[j] = reference / w.scale[j];
+    if (!p.reference || !(law.max_gain > 0.0)) w.offset[j] = p.reference ? p.reference[w.joint[j]] / w.scale[j] : 0.0;
+    if (!is_finite(w.offset[j])) w.offset[j] = 0.0;
     w.length[j] = square_root(dot(m, w.columns + j * kStride, w.columns + j * kStride));
   }
   if (s.full) {
@@ -91,24 +91,13 @@ inline double gain_damping(double g, const Box& b, double inverse_square_sum) {
   return part / (4.0 * g * g);
 }
 
-// Where a fixed joint moves, and the task is not met: the others could not make up for it.
-template <int M>
-inline bool fault_not_compensated(Rows<M> m, const Problem& p, const Answer& out) {
-  double drift = 0.0, size = 0.0;
-  for (int i = 0; i < p.n; ++i)
-    if (!(p.lower[i] < p.upper[i]) && p.lower[i] != 0.0)
-      for (int r = 0; r < m(); ++r) drift = larger(drift, magnitude(p.jacobian[i * m() + r] * p.lower[i]));
-  if (drift == 0.0) return false;
-  for (int r = 0; r < m(); ++r) size = larger(size, magnitude(out.residual[r]));
-  return size > kCompensated * drift;
-}
-
 // From scaled rates relative to the reference to rates inside the bounds; those at a bound get it exactly.
 inline void write_rates(const Problem& p, const Box& b, const Workspace& w, double* rates) {
   for (int j = 0; j < b.k; ++j) {
     const int i = w.joint[j];
     const double rate = w.scale[j] * (b.z[j] + w.offset[j]);
-    rates[i] = b.state[j] > 0 ? p.upper[i] : b.state[j] < 0 ? p.lower[i] : clamp(is_finite(rate) ? rate : 0.0, p.lower[i], p.upper[i]);
+    const double bound = b.state[j] > 0 ? p.upper[i] : p.lower[i];
+    rates[i] = b.state[j] != 0 && is_finite(bound) ? bound : clamp(is_finite(rate) ? rate : 0.0, p.lower[i], p.upper[i]);
   }
 }
 
@@ -127,7 +116,6 @@ inline bool prepare(Rows<M> m, const Problem& p, Workspace& w, Answer& out, Syst
   }
   rest(p, out.rates);
   report(m, p, out);
-  if (fault_not_compensated(m, p, out)) out.status |= FAULT_NOT_COMPENSATED;
   return false;
 }
 
@@ -157,6 +145,10 @@ inline void least_error(Rows<M> m, const LawSettings& law, const Problem& p, Wor
   } else {
     const bool warm = warm_states(w, s.k, out.active, b.state);
     solve_box(m, rhs, b, in, !warm && b.kappa == 0.0);
+    if (b.capped && warm) {  // a start from elsewhere can cost more steps than there are
+      for (int j = 0; j < s.k; ++j) b.state[j] = 0;
+      solve_box(m, rhs, b, in, false);
+    }
     if (b.capped) out.status |= ITERATION_LIMIT;
   }
   out.iterations = b.iterations;
@@ -164,7 +156,6 @@ inline void least_error(Rows<M> m, const LawSettings& law, const Problem& p, Wor
   if (b.kappa > 0.0) out.status |= DAMPED;
   write_rates(p, b, w, out.rates);
   report(m, p, out);
-  if (fault_not_compensated(m, p, out)) out.status |= FAULT_NOT_COMPENSATED;
 }
 
 STILLREACH_END

@@ -7,15 +7,17 @@
 STILLREACH_BEGIN
 
 // The part of the reference rate that does not move the tool: nu + J^+ (J nu fixed at its value) on the working joints,
-// that is, (B - B J'(J B J')^+ J B) nu (after eq. (1)). Writes scaled rates to `null_rates` (k).
+// that is, (B - B J'(J B J')^+ J B) nu (after eq. (1)). Writes scaled rates to `null_rates` (k). whitened: w.columns are, by
+// the full joint weight.
 template <int M>
-inline void project_reference(Rows<M> m, const Problem& p, const System& s, double threshold, Workspace& w, double* null_rates) {
+inline void project_reference(Rows<M> m, const Problem& p, const System& s, double threshold, bool whitened, Workspace& w,
+                              double* null_rates) {
   double b[kStride] = {0, 0, 0, 0, 0, 0, 0, 0};
   for (int j = 0; j < s.k; ++j) {
     null_rates[j] = p.reference[w.joint[j]] / w.scale[j];
     if (!is_finite(null_rates[j])) null_rates[j] = 0.0;
   }
-  if (s.full) {  // to weighted rates: z = L' x
+  if (whitened) {  // to weighted rates: z = L' x
     for (int i = 0; i < s.k; ++i) {
       double sum = 0.0;
       for (int j = i; j < s.k; ++j) sum = madd(w.triangle[j * s.k + i], null_rates[j], sum);
@@ -27,7 +29,7 @@ inline void project_reference(Rows<M> m, const Problem& p, const System& s, doub
   Inner in;
   solve_inner(m, w.columns, nullptr, s.k, b, 0.0, threshold, w.work, w.target, in);
   for (int j = 0; j < s.k; ++j) null_rates[j] -= w.target[j];
-  if (s.full) solve_triangle(s.k, w.triangle, true, 1, null_rates);
+  if (whitened) solve_triangle(s.k, w.triangle, true, 1, null_rates);
 }
 
 // With a full joint weight and joints fixed at rates other than zero, the least weighted norm is not at zero: the offset
@@ -92,7 +94,7 @@ inline void pseudoinverse(Rows<M> m, const LawSettings& law, const Problem& p, W
   if (offset)
     for (int j = 0; j < k; ++j) w.z[j] += w.offset[j];
   if (p.reference) {
-    project_reference(m, p, s, law.rank_tolerance, w, w.limit);
+    project_reference(m, p, s, law.rank_tolerance, s.full, w, w.limit);
     for (int j = 0; j < k; ++j) w.z[j] += w.limit[j];
   }
   for (int j = 0; j < k; ++j) {

@@ -109,7 +109,7 @@ inline bool review_sides(const Problem& p, int k, int pass, Workspace& w, double
 // Adds the largest part, at most all, of the projected reference rate that leaves every working joint inside its bounds.
 template <int M>
 inline void add_null_motion(Rows<M> m, const LawSettings& law, const Problem& p, const System& s, Workspace& w, double* rates) {
-  project_reference(m, p, s, law.rank_tolerance, w, w.limit);
+  project_reference(m, p, s, law.rank_tolerance, s.full, w, w.limit);
   double part = 1.0;
   for (int j = 0; j < s.k; ++j) {
     const int i = w.joint[j];

@@ -129,9 +129,11 @@ inline System assemble(Rows<M> m, const Problem& p, const double* rates, const s
       if ((!(p.lower[i] < p.upper[i]) || (held && held[i])) && rates[i] != 0.0)
         for (int r = 0; r < m(); ++r) raw[r] = madd(-p.jacobian[i * m() + r], rates[i], raw[r]);
   apply_rows(m, p.metric.rows, raw, s.rhs);
-  double size = 0.0;
+  double size = 0.0, nearby = 0.0;
   for (int r = 0; r < m(); ++r) size += magnitude(s.rhs[r]);
   for (int r = m(); r < kStride; ++r) s.rhs[r] = 0.0;
+  if (p.reference)
+    for (int j = 0; j < k; ++j) nearby += magnitude(p.reference[w.joint[j]]);
 
   const double reference = extent ? reference_extent(p, k, extent, w) : 0.0;
   Pack sum = broadcast(0.0);
@@ -146,6 +148,7 @@ inline System assemble(Rows<M> m, const Problem& p, const double* rates, const s
     sum += magnitude(load(a)) + magnitude(load(a + 4));
   }
   const double total = (sum[0] + sum[2]) + (sum[1] + sum[3]);
+  if (is_finite(nearby * total)) size = larger(size, nearby * total);  // the reference moves the right-hand side
   s.finite = is_finite(total) && is_finite(size);
   if (s.finite && (scaling_unit(total) != 1.0 || scaling_unit(size) != 1.0)) rescale(s, total, size, w);
   return s;
@@ -166,6 +169,20 @@ STILLREACH_INLINE void task_residual(Rows<M> m, const Problem& p, const double* 
   for (int r = 0; r < m(); ++r) e[r] = p.twist[r];
   for (int i = 0; i < p.n; ++i)
     for (int r = 0; r < m(); ++r) e[r] = madd(-p.jacobian[i * m() + r], rates[i], e[r]);
+}
+
+constexpr double kCompensated = 1e-9;  // relative task error from which on a runaway joint counts as not compensated
+
+// Where a fixed joint moves, and the task is not met: the others could not make up for it.
+template <int M>
+inline bool fault_not_compensated(Rows<M> m, const Problem& p, const Answer& out) {
+  double drift = 0.0, size = 0.0;
+  for (int i = 0; i < p.n; ++i)
+    if (!(p.lower[i] < p.upper[i]) && p.lower[i] != 0.0)
+      for (int r = 0; r < m(); ++r) drift = larger(drift, magnitude(p.jacobian[i * m() + r] * p.lower[i]));
+  if (drift == 0.0) return false;
+  for (int r = 0; r < m(); ++r) size = larger(size, magnitude(out.residual[r]));
+  return size > kCompensated * drift;
 }
 
 // What every law reports once its rates stand: residual, weighted task error, active bounds, saturation.
@@ -192,6 +209,7 @@ inline void report(Rows<M> m, const Problem& p, Answer& out) {
   }
   out.task_error = square_root(sum) * unit;
   if (saturated) out.status |= SATURATED;
+  if (fault_not_compensated(m, p, out)) out.status |= FAULT_NOT_COMPENSATED;
 }
 
 STILLREACH_END

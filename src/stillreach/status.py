@@ -9,7 +9,7 @@ class Status(IntFlag):
     """What happened in a tick; several things can be true. The flags are the compiled core's."""
 
     OK = 0
-    """The task is met with nothing in the way."""
+    """Nothing in the way."""
     SATURATED = 1
     """A working joint is at a bound."""
     SCALED = 2
@@ -32,6 +32,9 @@ class Status(IntFlag):
     """A search met its bound on steps; the answer is the best so far, inside the bounds."""
     INVALID_INPUT = 1024
     """Input that is no finite number; the rates brake."""
+
+    def __str__(self) -> str:
+        return self.name or "OK"
 
 
 class Reason(IntEnum):

@@ -30,13 +30,16 @@ def closeness(scene):
     return max(CLOSE, ROUNDED / np.min(scene.ratios[scene.ratios > 1e-12], initial=1.0))
 
 
-def same(scene, contract, one, other, joint=1.0):
-    """Two answers to one question: equal rates; where the law may jump with rounding, at least an equal error."""
+def same(scene, contract, one, other, joint=1.0, error=1.0):
+    """Two answers to one question: equal rates; where the law may jump with rounding, at least an equal error.
+
+    The other's rates are `joint` times as large, its error `error` times.
+    """
     gap = np.max(np.abs(one.rates - other.rates / joint))
     if gap <= closeness(scene) * scene.size(one.rates):
         return True
     reach = np.linalg.norm(scene.twist) + np.linalg.norm(scene.j, axis=0) @ np.abs(one.rates)
-    return not contract.continuous and abs(one.task_error - other.task_error) <= 1e-9 * reach
+    return not contract.continuous and abs(one.task_error - other.task_error / error) <= 1e-9 * reach
 
 
 @EVERY_LAW
@@ -72,7 +75,8 @@ def test_twist_and_bounds_times_a_number_give_the_rates_times_it(law, arm, broke
         s = (2.0**-40, 7.0, 2.0**30, 1e-3)[(i + i // 4) % 4] if scene.has_clear_rank() else 0.5
         one, other = scene.ask(contract.make()), scene.times(s).ask(contract.make())
         gap, exact = np.max(np.abs(other.rates / s - one.rates)), np.log2(s).is_integer()
-        broken.unless(gap <= (1e-15 if exact else closeness(scene)) * scene.size(one.rates), scene, s, gap)
+        fine = gap <= 1e-15 * scene.size(one.rates) if exact else same(scene, contract, one, other, s, s)
+        broken.unless(fine, scene, s, gap)
         tolerance = 0.0 if exact else 1e-9
         kappa, other_kappa = one.damping, other.damping
         broken.unless(abs(other_kappa - kappa) <= tolerance * max(kappa, 1e-6), scene, s, kappa, other_kappa)

@@ -73,7 +73,7 @@ struct Robot {
   int n, m;
   std::vector<double> placements;
   std::vector<std::int8_t> kinds;
-  std::vector<double> rate_lower, rate_upper, position_lower, position_upper, acceleration, null_vector, fault_value, last;
+  std::vector<double> rate_lower, rate_upper, position_lower, position_upper, acceleration, null_vector, fault_value, last, anchor;
   std::vector<double> jacobian, selected, lower, upper, reference, kinematics_scratch, units, weight;
   std::vector<std::int8_t> health, warm, lower_reason, upper_reason;
   std::vector<double> rates, residual;
@@ -85,7 +85,7 @@ struct Robot {
   Robot(const Chain& chain, const stillreach::LawSettings& law, const Options& o = {})
       : n(chain.n()), m(static_cast<int>(o.rows.size())), placements(12 * (n + 1)), kinds(chain.kinds), rate_lower(n, -o.rate),
         rate_upper(n, o.rate), position_lower(n, -o.position), position_upper(n, o.position), acceleration(n, o.acceleration),
-        null_vector(n, 0.25), fault_value(n), last(n), jacobian(6 * n + 2), selected(m * n), lower(n), upper(n), reference(n),
+        null_vector(n, 0.25), fault_value(n), last(n), anchor(n), jacobian(6 * n + 2), selected(m * n), lower(n), upper(n), reference(n),
         kinematics_scratch(8 * n), health(n), warm(n), lower_reason(n), upper_reason(n), rates(n), residual(m), active(n),
         scratch(n, o.joint_matrix) {
     kernel().align_axes(n, chain.placements.data(), chain.axes.data(), placements.data());
@@ -113,7 +113,7 @@ struct Robot {
     s.rate_lower = rate_lower.data(), s.rate_upper = rate_upper.data();
     s.position_lower = position_lower.data(), s.position_upper = position_upper.data(), s.acceleration = acceleration.data();
     s.null_vector = null_vector.data(), s.health = health.data(), s.fault_value = fault_value.data();
-    s.last = last.data(), s.active = warm.data(), s.jacobian = jacobian.data();
+    s.last = last.data(), s.anchor = anchor.data(), s.active = warm.data(), s.jacobian = jacobian.data();
     s.task_jacobian = s.every_row ? jacobian.data() : selected.data();
     s.lower = lower.data(), s.upper = upper.data(), s.lower_reason = lower_reason.data(), s.upper_reason = upper_reason.data();
     s.reference = reference.data(), s.scratch = kinematics_scratch.data();
@@ -121,9 +121,7 @@ struct Robot {
   }
 
   void fail(int joint, stillreach::Health kind = stillreach::LOCKED, double value = 0.0) {
-    health[joint] = kind, fault_value[joint] = value;
-    state.bounds_stand = 0;
-    if (state.transition_rate > 0.0) state.transition = 1.0;
+    kernel().set_health(state, joint, kind, value);
   }
   void restore(int joint) { fail(joint, stillreach::HEALTHY); }
 

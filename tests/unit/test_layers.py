@@ -11,7 +11,7 @@ PACKAGE = Path(__file__).parents[2] / "src" / "stillreach"
 LAYERS = (
     {"_core", "errors", "_door"},
     {"arm"},
-    {"bounds", "faults", "task", "status", "weights"},
+    {"bounds", "faults", "task", "status", "insight"},
     {"laws"},
     {"control"},
     {"simulate"},

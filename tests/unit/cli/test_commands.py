@@ -60,8 +60,8 @@ def test_a_refused_input_is_one_line(tmp_path: Path) -> None:
 
 
 def test_a_claim_that_fails_exits_with_1(tmp_path: Path) -> None:
-    """In half a second the arm cannot do what the paper states of twenty."""
-    done = stillreach("paper", "--out", tmp_path, "--duration", "0.5")
+    """In two seconds the arm cannot do what the paper states of twenty."""
+    done = stillreach("paper", "--out", tmp_path, "--duration", "2")
     assert done.returncode == 1
     assert "Traceback" not in done.stderr
     assert (tmp_path / "claims.json").exists()

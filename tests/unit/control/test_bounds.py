@@ -115,8 +115,8 @@ def test_limits_that_agree_give_nothing_up():
 
 @pytest.mark.parametrize("law", [sr.LeastError(), sr.KeepDirection(), sr.SingularityRobust(), sr.Pseudoinverse()])
 def test_a_zero_limit_means_zero_not_none(law):
-    arm = mixed()
-    limits = np.where(np.arange(8) % 3 == 0, 0.0, 1.0)
+    arm = mixed(11)
+    limits = np.where(np.arange(11) % 3 == 0, 0.0, 1.0)
     out = sr.Controller(arm, law=law, rate_limits=limits).step(configuration(arm), np.ones(6))
     assert np.all(out.rates[::3] == 0.0)
     assert np.any(out.rates != 0.0)

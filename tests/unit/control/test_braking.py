@@ -7,16 +7,19 @@ import stillreach as sr
 from tests.unit.control.robots import mixed, pushed, slide
 
 LIMIT = 1.0
-DRIVES = [(2.0, 4.0), (0.7, 1.0), (3.3, 50.0), (1.0, 0.2), (0.05, 7.0)]  # rate limit, acceleration limit
-PERIODS = [1e-4, 1e-3, 0.01, 0.037, 0.1]
+DRIVES = [(2.0, 4.0), (0.7, 1.0), (3.3, 50.0), (1.0, 0.6), (0.05, 7.0)]  # rate limit, acceleration limit
+PERIODS = [1e-3, 0.01, 0.037, 0.1]
 
 
 def drive(rate, acceleration, period, side, *, start=-0.2):
-    """Full speed at the limit until well after it must have stopped: positions (T + 1,), rates (T,), statuses."""
+    """Full speed at the limit until well after it must have stopped: positions (T + 1,), rates (T,), statuses.
+
+    Where nothing would happen for long it starts nearer.
+    """
     ctl = slide(position_limits=(-LIMIT, LIMIT), rate_limits=rate, acceleration_limits=acceleration, period=period)
-    distance = LIMIT - side * start
-    steps = int(3 * (distance / rate + rate / acceleration) / period) + 20
-    q, positions, rates, status = start, [start], [], sr.Status.OK
+    start = max(start, LIMIT - rate**2 / acceleration - 200 * rate * period)
+    steps = int(2 * ((LIMIT - start) / rate + rate / acceleration) / period) + 50
+    q, positions, rates, status = side * start, [side * start], [], sr.Status.OK
     for _ in range(steps):
         out = pushed(ctl, side * 10.0 * rate, q=q)
         q += period * out.rates[0]
@@ -26,7 +29,7 @@ def drive(rate, acceleration, period, side, *, start=-0.2):
     return side * np.array(positions), side * np.array(rates), status
 
 
-CASES = [(*drive, period) for drive in DRIVES for period in PERIODS if drive[0] / drive[1] / period < 3e4]
+CASES = [(*limits, period) for limits in DRIVES for period in PERIODS]
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -71,16 +74,23 @@ def test_without_an_acceleration_limit_it_arrives_in_one_tick():
     assert pushed(ctl, -100.0, q=-0.75).rates[0] == pytest.approx(-2.5, rel=1e-12)
 
 
-@pytest.mark.parametrize("law", [sr.LeastError(), sr.KeepDirection(), sr.SingularityRobust()], ids=lambda x: type(x).__name__)
+@pytest.mark.parametrize(
+    "law", [sr.LeastError(), sr.KeepDirection(), sr.SingularityRobust()], ids=lambda x: type(x).__name__
+)
 def test_a_whole_arm_stays_inside_every_limit_while_it_is_pushed_about(law):
     arm = mixed()
     rng = np.random.default_rng(31)
     position, acceleration, rate, period = 1.0, 5.0, 1.5, 0.01
     ctl = sr.Controller(
-        arm, law=law, position_limits=(-position, position), rate_limits=rate, acceleration_limits=acceleration, period=period
+        arm,
+        law=law,
+        position_limits=(-position, position),
+        rate_limits=rate,
+        acceleration_limits=acceleration,
+        period=period,
     )
     q, last = np.zeros(arm.n), np.zeros(arm.n)
-    for t in range(1500):
+    for t in range(800):
         if t % 100 == 0:
             twist = 3.0 * rng.normal(size=6)
         rates = ctl.step(q, twist).rates
