@@ -148,7 +148,7 @@ inline System assemble(Rows<M> m, const Problem& p, const double* rates, const s
     sum += magnitude(load(a)) + magnitude(load(a + 4));
   }
   const double total = (sum[0] + sum[2]) + (sum[1] + sum[3]);
-  if (is_finite(nearby * total)) size = larger(size, nearby * total);  // the reference moves the right-hand side
+  if (nearby * total > size && is_finite(nearby * total)) size = nearby * total;  // the reference moves the right-hand side
   s.finite = is_finite(total) && is_finite(size);
   if (s.finite && (scaling_unit(total) != 1.0 || scaling_unit(size) != 1.0)) rescale(s, total, size, w);
   return s;
