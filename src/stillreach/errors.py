@@ -49,6 +49,43 @@ class UnknownJointError(InputError):
         self.choices = choices
 
 
+class RobotFileError(InputError):
+    """A robot file, or what was asked of it, is not what an arm can be made of.
+
+    Args:
+        argument: name of the argument, as the caller wrote it: ``"path"``, ``"tip"``, ``"base"`` or ``"fixed"``.
+        got: what came, in words.
+        expected: what would have been right.
+        file: the file, as it was given.
+        line: line of the file, from 1 on; None where it is not about one line.
+        element: the element, e.g. ``"joint 'elbow'"``; None where it is not about one.
+        choices: the valid choices (links, joints, types), where they can be listed.
+    """
+
+    def __init__(
+        self,
+        argument: str,
+        got: str,
+        expected: str,
+        file: str = "",
+        line: int | None = None,
+        element: str | None = None,
+        choices: Sequence[str] = (),
+    ) -> None:
+        super().__init__(argument, got, expected)
+        self.args = (argument, got, expected, file, line, element, tuple(choices))
+        self.file = file
+        self.line = line
+        self.element = element
+        self.choices = tuple(choices)
+
+    def __str__(self) -> str:
+        line = f"line {self.line}" if self.line else ""
+        argument = "" if self.argument == "path" else self.argument
+        place = ", ".join(part for part in (self.file, line, self.element, argument) if part)
+        return f"{place}: got {self.got}, expected {self.expected}"
+
+
 class MissingExtraError(StillreachError, ImportError):
     """An optional part was asked for whose packages are not installed.
 
