@@ -135,6 +135,35 @@ class Arm(Value):
         joints, tool, name = urdf_chain(path, tip, base, fixed)
         return cls(joints, tool=tool, name=name)
 
+    @classmethod
+    def from_mjcf(
+        cls,
+        path_or_model: Any,
+        *,
+        tip: str | None = None,
+        base: str | None = None,
+        fixed: Mapping[str, float] | None = None,
+    ) -> Arm:
+        """The chain between two bodies of an MJCF file, as MuJoCo reads it (extra ``mujoco``).
+
+        Hinges and slides become the arm's joints, with their names and ranges; MJCF knows no velocity limits
+        (``with_limits`` sets them). Joints that an equality constraint couples follow each other.
+
+        Args:
+            path_or_model: the file (meshes need not be there), its text (begins with ``<``) or a ``mujoco.MjModel``.
+            tip: body or site whose frame is the tool; None takes the only body that has no child.
+            base: body that poses are seen from; None takes the world.
+            fixed: joints held at a position [rad] or [m], which are then no joints of the arm.
+
+        Raises:
+            MissingExtraError: MuJoCo is not installed.
+            RobotFileError: as for ``from_urdf``; or a free or ball joint is between base and tip.
+        """
+        from stillreach.arm.mjcf import mjcf_chain
+
+        joints, tool, name = mjcf_chain(path_or_model, tip, base, fixed)
+        return cls(joints, tool=tool, name=name)
+
     @property
     def n(self) -> int:
         """Number of joints."""

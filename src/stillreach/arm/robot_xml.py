@@ -29,13 +29,13 @@ class Element:
     children: list[Element] = field(default_factory=list)
 
 
-def parse(file: RobotFile) -> Element:
-    """The root element of a robot file.
+def parse(file: RobotFile, max_attribute: int = MAX_ATTRIBUTE) -> Element:
+    """The root element of a robot file; no attribute that is kept may be longer than ``max_attribute``.
 
     Raises:
         RobotFileError: not well-formed, xacro, a document type declaration, too deep, too long an attribute.
     """
-    reader = _Reader(file)
+    reader = _Reader(file, max_attribute)
     parser = reader.parser
     try:
         parser.Parse(file.data, True)
@@ -52,8 +52,9 @@ def parse(file: RobotFile) -> Element:
 class _Reader:
     """Handlers for expat, and the elements that they met."""
 
-    def __init__(self, file: RobotFile) -> None:
+    def __init__(self, file: RobotFile, max_attribute: int) -> None:
         self.file = file
+        self.max_attribute = max_attribute
         self.open: list[Element] = []
         self.depth = 0
         self.xacro = {"xacro"}  # prefixes of elements that are to be expanded
@@ -97,10 +98,10 @@ class _Reader:
 
     def _check_lengths(self, tag: str, attributes: dict[str, str], line: int) -> None:
         for name, value in attributes.items():
-            if len(value) > MAX_ATTRIBUTE:
+            if len(value) > self.max_attribute:
                 raise self.file.error(
                     f"{len(value)} characters in {shown(name)}",
-                    f"at most {MAX_ATTRIBUTE}",
+                    f"at most {self.max_attribute}",
                     line=line,
                     element=f"<{tag[:80]}>",
                 )

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillreach._door import FloatArray, unit_vector
+from stillreach.arm.mimic import LARGEST, Mimic
 from stillreach.arm.placements import rotation_x, rotation_y, rotation_z, translation
 from stillreach.arm.robot_file import RobotFile, shown
 from stillreach.arm.robot_xml import XACRO_ADVICE, Element
@@ -17,17 +18,6 @@ from stillreach.errors import RobotFileError
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 KIND_OF = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
-LARGEST = 1e6
-"""What no placement [m, rad] and no mimic joint's factor exceeds: beyond, nothing is left of the digits."""
-
-
-@dataclass(frozen=True)
-class Mimic:
-    """A joint that follows another: its position is multiplier times the leader's, plus offset."""
-
-    leader: str
-    multiplier: float
-    offset: float
 
 
 @dataclass(frozen=True)

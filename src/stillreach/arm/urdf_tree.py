@@ -86,7 +86,8 @@ def build_tree(file: RobotFile, root: Element) -> UrdfTree:
             links that are not connected.
     """
     if root.tag != "robot":
-        raise file.error(f"<{root.tag[:80]}>", "<robot>, the root of a URDF file", line=root.line)
+        advice = " (Arm.from_mjcf reads MJCF files)" if root.tag == "mujoco" else ""
+        raise file.error(f"<{root.tag[:80]}>", f"<robot>, the root of a URDF file{advice}", line=root.line)
     links = tuple(_names(file, [child for child in root.children if child.tag == "link"]))
     if not links:
         raise file.error("a robot without links", "at least one <link>", line=root.line, element="<robot>")
