@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from stillreach.errors import (
         InputError,
         MissingExtraError,
+        Mistake,
         RobotFileError,
+        ScenarioFileError,
         SimulationInterrupted,
         StillreachError,
         UnknownJointError,
@@ -36,6 +38,8 @@ if TYPE_CHECKING:
         Scenario,
         Twist,
         Waypoints,
+        scenario_names,
+        scenario_schema,
         simulate,
     )
     from stillreach.status import Health, Reason, Status
@@ -50,7 +54,9 @@ _HOMES = {
     "errors": (
         "InputError",
         "MissingExtraError",
+        "Mistake",
         "RobotFileError",
+        "ScenarioFileError",
         "SimulationInterrupted",
         "StillreachError",
         "UnknownJointError",
@@ -58,7 +64,18 @@ _HOMES = {
     "faults": ("Derated", "Fault", "Locked", "Runaway"),
     "insight": ("Check",),
     "laws": ("KeepDirection", "Law", "LeastError", "Pseudoinverse", "SingularityRobust"),
-    "simulate": ("Circle", "Line", "PoseTable", "Run", "Scenario", "Twist", "Waypoints", "simulate"),
+    "simulate": (
+        "Circle",
+        "Line",
+        "PoseTable",
+        "Run",
+        "Scenario",
+        "Twist",
+        "Waypoints",
+        "scenario_names",
+        "scenario_schema",
+        "simulate",
+    ),
     "status": ("Health", "Reason", "Status"),
     "task": ("Task", "Weights"),
 }
@@ -85,6 +102,7 @@ __all__ = [
     "Locked",
     "Manipulability",
     "MissingExtraError",
+    "Mistake",
     "NullMotion",
     "PoseTable",
     "Posture",
@@ -95,6 +113,7 @@ __all__ = [
     "Run",
     "Runaway",
     "Scenario",
+    "ScenarioFileError",
     "SimulationInterrupted",
     "SingularityRobust",
     "Solution",
@@ -106,6 +125,8 @@ __all__ = [
     "Waypoints",
     "Weights",
     "arms",
+    "scenario_names",
+    "scenario_schema",
     "simulate",
 ]
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 
@@ -84,6 +85,52 @@ class RobotFileError(InputError):
         argument = "" if self.argument == "path" else self.argument
         place = ", ".join(part for part in (self.file, line, self.element, argument) if part)
         return f"{place}: got {self.got}, expected {self.expected}"
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """One thing that is wrong in a scenario file.
+
+    Args:
+        place: where, e.g. ``"faults[1].joint"``; empty for the file as a whole.
+        got: what is there, in words.
+        expected: what would have been right.
+        hint: ``"did you mean 'j4'?"`` and its like, or nothing.
+        line: line of the file, from 1 on; None where it has none.
+    """
+
+    place: str
+    got: str
+    expected: str
+    hint: str = ""
+    line: int | None = None
+
+    def __str__(self) -> str:
+        line = f"line {self.line}" if self.line else ""
+        where = ", ".join(part for part in (line, self.place) if part)
+        hint = f" ({self.hint})" if self.hint else ""
+        return f"{where}{': ' if where else ''}got {self.got}, expected {self.expected}{hint}"
+
+
+class ScenarioFileError(InputError):
+    """A scenario file cannot be used; all its mistakes at once.
+
+    Args:
+        file: the file, as it was given.
+        mistakes: what is wrong, in the order of the lines.
+    """
+
+    def __init__(self, file: str, mistakes: Sequence[Mistake]) -> None:
+        mistakes = tuple(mistakes)
+        super().__init__("path", f"a file with {len(mistakes)} mistakes", "a scenario file")
+        self.args = (file, mistakes)
+        self.file = file
+        self.mistakes = mistakes
+
+    def __str__(self) -> str:
+        if len(self.mistakes) == 1:
+            return f"{self.file}: {self.mistakes[0]}"
+        return "\n  ".join([f"{self.file}: {len(self.mistakes)} mistakes", *map(str, self.mistakes)])
 
 
 class MissingExtraError(StillreachError, ImportError):

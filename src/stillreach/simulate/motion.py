@@ -54,8 +54,8 @@ class Twist:
 
 
 Motion: TypeAlias = Twist | Course | Callable[[float], npt.ArrayLike]
-"""A part of a motion: a held twist, a course (Line, Circle, Waypoints, PoseTable), or a function from the time since the
-scenario's start [s] to a twist (6,)."""
+"""A part of a motion: a held twist, a course (Line, Circle, Waypoints, PoseTable), or a function from the time since
+the scenario's start [s] to a twist (6,)."""
 
 
 def checked_motion(motion: Any) -> tuple[Motion, ...]:

@@ -23,9 +23,9 @@ def checked_profile(profile: str, ramp: float) -> tuple[str, float]:
 def progress(profile: str, ramp: float, u: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Fraction of the way, and its slope, at fractions of the time.
 
-    ``constant``: as much way as time. ``trapezoidal``: speeds up evenly during the first ``ramp``, slows down during the
-    last. ``minimum-jerk``: 10 u³ - 15 u⁴ + 6 u⁵, the quintic that starts and ends at rest without acceleration (Flash
-    and Hogan, 1985).
+    ``constant``: as much way as time. ``trapezoidal``: speeds up evenly during the first ``ramp``, slows down during
+    the last. ``minimum-jerk``: 10 u³ - 15 u⁴ + 6 u⁵, the quintic that starts and ends at rest without acceleration
+    (Flash and Hogan, 1985).
 
     Args:
         profile: one of PROFILES.

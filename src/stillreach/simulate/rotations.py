@@ -12,7 +12,7 @@ from stillreach.errors import InputError
 
 
 def exp(vectors: FloatArray) -> FloatArray:
-    """exp([w]) of rotation vectors (K, 3) [rad], (K, 3, 3): Rodrigues' formula, without cancellation near 0."""
+    """Matrices (K, 3, 3) of rotation vectors (K, 3) [rad]: Rodrigues' formula, without cancellation near 0."""
     angle = np.linalg.norm(vectors, axis=1)
     first = np.sinc(angle / np.pi)[:, None, None]  # sin a / a
     second = 0.5 * np.sinc(angle / (2 * np.pi))[:, None, None] ** 2  # (1 - cos a) / a²

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 
@@ -115,6 +116,20 @@ class Scenario:
         # what cannot be used is refused here and not in the middle of a program
         self.controller()
         stretches(checked_motion(self.motion), self.part_starts(), self.period, self.task_pose(self.start))
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Scenario:
+        """A scenario from a TOML file (docs/scenarios.md), or one that comes with the package.
+
+        Args:
+            path: the file, or the name of a ready scenario (``stillreach.scenario_names()``).
+
+        Raises:
+            ScenarioFileError: there is no such file, or something is wrong with it: ``mistakes`` holds everything.
+        """
+        from stillreach.simulate.scenario_file import load
+
+        return load(path)
 
     def controller(self) -> Controller:
         """A new controller as the scenario describes it, nothing failed yet.

@@ -28,7 +28,8 @@ class Waypoints(Course):
             the attitude throughout.
         times: (K,) [s] since the beginning, rising: when each is reached.
         duration: [s] of the whole instead, shared among the legs by their length; a turn of 1 rad counts as 1 m.
-        profile: speed on each leg: "constant" (passes through the points), "trapezoidal" or "minimum-jerk" (stop there).
+        profile: speed on each leg: "constant" (passes through the points), "trapezoidal" or "minimum-jerk" (stop
+            there).
         ramp: part of each leg's time in which "trapezoidal" speeds up, and slows down again.
         relative: points are shifts and orientations are turns from the pose at the beginning, along base axes.
 

@@ -1,0 +1,124 @@
+"""A TOML file on its way in: its text, its values, and the line on which each of them stands."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from stillreach.errors import Mistake, ScenarioFileError
+
+Place = tuple[str | int, ...]
+"""Keys and indices that lead to a value: ``("faults", 1, "joint")``."""
+
+MAX_BYTES = 256 * 1024
+DEEPEST = 32
+AT_LINE = re.compile(r"\(at line (\d+), column (\d+)\)")
+
+
+@dataclass(frozen=True)
+class Document:
+    """A parsed file.
+
+    Args:
+        name: the file, as it was given.
+        folder: that other files are relative to.
+        content: its values.
+        lines: line of each key and table, from 1 on.
+    """
+
+    name: str
+    folder: Path
+    content: dict[str, Any]
+    lines: dict[Place, int]
+
+    def line(self, place: Place) -> int | None:
+        """The line of a value, or of what it stands in; None for the file as a whole."""
+        for length in range(len(place), 0, -1):
+            if place[:length] in self.lines:
+                return self.lines[place[:length]]
+        return None
+
+
+def read(path: Path, name: str) -> Document:
+    """Read and parse a file.
+
+    Args:
+        path: where it is.
+        name: what messages call it.
+
+    Raises:
+        ScenarioFileError: it cannot be read, or is not TOML.
+    """
+    return parse(_text(path, name), name, path.parent)
+
+
+def parse(text: str, name: str, folder: Path) -> Document:
+    """Parse the text of a file; ScenarioFileError if it is not TOML."""
+    from stillreach.simulate.scenario_file.lines import line_numbers
+
+    try:
+        content = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise _syntax_error(text, name, str(error)) from None
+    except (ValueError, RecursionError) as error:
+        got = "tables or lists too deep in each other" if isinstance(error, RecursionError) else str(error)
+        raise ScenarioFileError(name, [Mistake("", got, "a TOML file")]) from None
+    if _depth(content) > DEEPEST:
+        got = "tables or lists too deep in each other"
+        raise ScenarioFileError(name, [Mistake("", got, f"at most {DEEPEST} levels")])
+    return Document(name, folder, content, line_numbers(text))
+
+
+def _text(path: Path, name: str) -> str:
+    """The file's text, lines ended by \\n."""
+    expected = "a scenario file (TOML, UTF-8)"
+    try:
+        if path.is_dir():
+            raise _unreadable(name, "a folder", expected)
+        if not path.is_file():
+            raise _unreadable(name, "no regular file" if path.exists() else "no such file", expected)
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise _unreadable(name, f"a file that cannot be read ({error.strerror})", expected) from None
+    except ValueError as error:
+        raise _unreadable(name, str(error), expected) from None
+    if len(data) > MAX_BYTES:
+        raise _unreadable(name, f"more than {MAX_BYTES // 1024} KiB", f"{expected} of at most {MAX_BYTES // 1024} KiB")
+    try:
+        return data.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        got = f"byte 0x{data[error.start]:02x}, which is not UTF-8"
+        raise ScenarioFileError(name, [Mistake("", got, expected, line=line)]) from None
+
+
+def _unreadable(name: str, got: str, expected: str) -> ScenarioFileError:
+    return ScenarioFileError(name, [Mistake("", got, expected)])
+
+
+def _syntax_error(text: str, name: str, message: str) -> ScenarioFileError:
+    """The one mistake that the parser stopped at, with its line."""
+    found = AT_LINE.search(message)
+    line = int(found[1]) if found else text.count("\n") + 1
+    rows = text.split("\n")
+    row = rows[line - 1].strip() if line <= len(rows) else ""
+    column = f" (column {found[2]})" if found else ""
+    got = f"{row[:80]!r}{column}" if row else f"the end of the file{column}"
+    return ScenarioFileError(name, [Mistake("", got, f"TOML: {AT_LINE.sub('', message).strip()}", line=line)])
+
+
+def _depth(content: Any) -> int:
+    """How deep tables and lists are in each other, without recursion."""
+    depth, level = 0, [content]
+    while level and depth <= DEEPEST:
+        depth += 1
+        inner: list[Any] = []
+        for value in level:
+            members = value.values() if isinstance(value, dict) else value
+            inner += [member for member in members if isinstance(member, dict | list)]
+        level = inner
+    return depth
