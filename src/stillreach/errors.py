@@ -45,7 +45,7 @@ class UnknownJointError(InputError):
 
     def __init__(self, argument: str, got: str, choices: Sequence[str]) -> None:
         choices = tuple(choices)
-        super().__init__(argument, got, f"one of {_listing(choices)} or an index from 0 to {len(choices) - 1}")
+        super().__init__(argument, got, f"one of {listing(choices)} or an index from 0 to {len(choices) - 1}")
         self.args = (argument, got, choices)
         self.choices = choices
 
@@ -165,7 +165,7 @@ class SimulationInterrupted(StillreachError, KeyboardInterrupt):
         return "the simulation was interrupted; the ticks computed so far are in .run"
 
 
-def _listing(choices: tuple[str, ...]) -> str:
+def listing(choices: tuple[str, ...]) -> str:
     """'j1 … j11' for names that only count up, else all of them."""
     parts = [re.fullmatch(r"(.*?)(\d+)", choice) for choice in choices]
     if len(choices) > 3 and all(parts):

@@ -141,17 +141,19 @@ def _read(path: Path) -> tuple[list[str], FloatArray]:
     """Names of the columns and the numbers below them."""
     name = str(path)
     try:
-        if not path.exists():
-            raise InputError(name, "no such file", "a CSV file")
         if not path.is_file():
-            raise InputError(name, "a folder or a device", "a CSV file")
-        if path.stat().st_size > LARGEST_FILE:
-            raise InputError(name, f"{path.stat().st_size / 2**20:.0f} MiB", f"at most {LARGEST_FILE // 2**20} MiB")
+            raise OSError(0, "a folder or a device" if path.exists() else "no such file")
+        size = path.stat().st_size
+        if size > LARGEST_FILE:
+            raise OSError(0, f"{size / 2**20:.0f} MiB")
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError:
         raise InputError(name, "bytes that are not UTF-8", "a CSV file in UTF-8") from None
-    except (OSError, ValueError) as error:
-        raise InputError(name, getattr(error, "strerror", None) or str(error), "a CSV file that can be read") from None
+    except OSError as error:
+        expected = f"a CSV file of at most {LARGEST_FILE // 2**20} MiB"
+        raise InputError(name, error.strerror or "a file that cannot be read", expected) from None
+    except ValueError as error:
+        raise InputError(name, str(error), "the path of a CSV file") from None
     try:
         table = [(k + 1, row) for k, row in enumerate(csv.reader(lines, skipinitialspace=True)) if row]
     except csv.Error as error:

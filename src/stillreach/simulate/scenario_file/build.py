@@ -15,7 +15,7 @@ from stillreach.simulate.scenario_file.mistakes import form_mistakes
 from stillreach.simulate.scenario_file.motions import motions_of
 from stillreach.simulate.scenario_file.reading import Reading
 from stillreach.simulate.scenario_file.robots import arm_of
-from stillreach.simulate.scenario_file.settings import law_of, limits_of, null_motion_of, task_of
+from stillreach.simulate.scenario_file.settings import check_joint_weights, law_of, limits_of, null_motion_of, task_of
 
 PLAIN = ("name", "period", "duration", "integrator", "loop", "gain", "transition_rate")
 """Keys that go into the Scenario as they are."""
@@ -53,6 +53,7 @@ def _of_joints(reading: Reading, arm: Arm) -> dict[str, Any]:
         "null_motion": null_motion_of(reading, arm),
         **limits_of(reading, arm),
     }
+    check_joint_weights(reading, arm)
     if reading.has("return_rate"):
         settings["return_rate"] = reading.value("return_rate") * reading.units.largest_rate(arm.kinds)
     if reading.has("track_limits"):
@@ -91,7 +92,7 @@ def _check_loop(reading: Reading) -> None:
     if reading.good("loop") and reading.value("loop") != "closed":
         for key in ("gain", "track_limits"):
             if reading.has(key):
-                reading.wrong((key,), f"a setting of the feedback in an open loop", 'loop = "closed" with it')
+                reading.wrong((key,), "a setting of the feedback in an open loop", 'loop = "closed" with it')
 
 
 def _check_times(reading: Reading, motion: list[Any] | None) -> None:
@@ -106,15 +107,13 @@ def _check_times(reading: Reading, motion: list[Any] | None) -> None:
         reading.wrong(("duration",), "nothing", "this key: the motion has no end of its own")
     if duration is not None and total is not None and duration < total * (1.0 - 1e-9):
         reading.wrong(("duration",), f"{duration:g} s", f"at least the {total:g} s of the motion")
-    end = duration if duration is not None else total
+    end = (total if duration is None else duration) if reading.good("duration") else None
     period = reading.value("period")
     if end is not None and period is not None and period > end:
         reading.wrong(("period",), f"{period:g} s", f"at most the whole duration, {end:g} s")
-    if end is None or not reading.good("duration"):
-        return
     for place in range(reading.count("faults")):
         at, until = reading.value("faults", place, "at"), reading.value("faults", place, "until")
-        if at is not None and at >= end:
+        if at is not None and end is not None and at >= end:
             reading.wrong(("faults", place, "at"), f"{at:g} s", f"an onset before the end at {end:g} s")
         if until is not None and until <= (at or 0.0):
             reading.wrong(("faults", place, "until"), f"{until:g} s", f"a time after the onset at {at or 0.0:g} s")

@@ -73,17 +73,16 @@ def parse(text: str, name: str, folder: Path) -> Document:
 
 
 def _text(path: Path, name: str) -> str:
-    """The file's text, lines ended by \\n."""
+    """The file's text, with line feeds alone at the ends of lines."""
     expected = "a scenario file (TOML, UTF-8)"
     try:
-        if path.is_dir():
-            raise _unreadable(name, "a folder", expected)
+        kind = "a folder" if path.is_dir() else "no regular file" if path.exists() else "no such file"
         if not path.is_file():
-            raise _unreadable(name, "no regular file" if path.exists() else "no such file", expected)
+            raise OSError(0, kind)
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
     except OSError as error:
-        raise _unreadable(name, f"a file that cannot be read ({error.strerror})", expected) from None
+        raise _unreadable(name, error.strerror or "a file that cannot be read", expected) from None
     except ValueError as error:
         raise _unreadable(name, str(error), expected) from None
     if len(data) > MAX_BYTES:
@@ -106,9 +105,10 @@ def _syntax_error(text: str, name: str, message: str) -> ScenarioFileError:
     line = int(found[1]) if found else text.count("\n") + 1
     rows = text.split("\n")
     row = rows[line - 1].strip() if line <= len(rows) else ""
+    reason = AT_LINE.sub("", message).replace("(at end of document)", "").strip()
     column = f" (column {found[2]})" if found else ""
     got = f"{row[:80]!r}{column}" if row else f"the end of the file{column}"
-    return ScenarioFileError(name, [Mistake("", got, f"TOML: {AT_LINE.sub('', message).strip()}", line=line)])
+    return ScenarioFileError(name, [Mistake("", got, f"valid TOML ({reason})", line=line)])
 
 
 def _depth(content: Any) -> int:

@@ -59,19 +59,18 @@ def _found(path: str | os.PathLike[str]) -> tuple[Path, str]:
         return _ready() / f"{name}{SUFFIX}", name
     if isinstance(path, str) and "/" not in name and os.sep not in name and not name.endswith(SUFFIX):
         _refuse_unknown(name)
-    return Path(name), name
+    return Path(name), name if len(name) < 1000 and name.isprintable() else repr(name[:1000])
 
 
 def _refuse_unknown(name: str) -> None:
     """A word that is neither a file nor a ready scenario."""
-    from difflib import get_close_matches
+    from stillreach.simulate.scenario_file.words import did_you_mean, short
 
     try:
         if Path(name).exists():
             return
     except (OSError, ValueError):
         pass
-    near = get_close_matches(name.lower()[:100], scenario_names(), n=1)
-    hint = f"did you mean {near[0]!r}?" if near else ""
     expected = f"a scenario file, or one of {', '.join(scenario_names())}"
-    raise ScenarioFileError(name[:100], [Mistake("", "no such file or ready scenario", expected, hint)])
+    hint = did_you_mean(name, scenario_names())
+    raise ScenarioFileError(short(name), [Mistake("", "no such file or ready scenario", expected, hint)])

@@ -1,10 +1,9 @@
-"""What pydantic found wrong, in the words of this package."""
+"""What pydantic finds wrong with the form of a file, in the words of this package."""
 
 from __future__ import annotations
 
 import typing
-from collections.abc import Iterable, Mapping
-from difflib import get_close_matches
+from collections.abc import Mapping
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -12,7 +11,15 @@ from pydantic_core import ErrorDetails
 
 from stillreach.errors import Mistake
 from stillreach.simulate.scenario_file.document import Document, Place
-from stillreach.simulate.scenario_file.schema import CHOICES, ROBOTS, ScenarioTable, Table
+from stillreach.simulate.scenario_file.fault_forms import FaultTable
+from stillreach.simulate.scenario_file.forms import Table
+from stillreach.simulate.scenario_file.law_forms import LawTable, NullMotionTable
+from stillreach.simulate.scenario_file.robot_forms import ROBOTS
+from stillreach.simulate.scenario_file.schema import CHOICES, ScenarioTable
+from stillreach.simulate.scenario_file.words import did_you_mean, listed, nearest, shown, written
+
+MOST = 100
+"""Mistakes in the form of one file that are put into words; of more, only the number is."""
 
 EXPECTED = {
     "float_type": "a number",
@@ -28,95 +35,95 @@ EXPECTED = {
     "greater_than_equal": "a number of at least {ge:g}",
     "less_than": "a number below {lt:g}",
     "less_than_equal": "a number of at most {le:g}",
-    "too_short": "at least {min_length} entries",
+    "too_short": "at least {min_length}",
     "too_long": "at most {max_length} entries",
     "string_too_short": "a text, not empty",
     "string_too_long": "at most {max_length} letters",
     "literal_error": "{expected}",
 }
-SHOWN = 60
-"""Letters of a value in a message."""
 
-TABLES: dict[str, type[Table]] = {f"<{kind}>": table for kinds in CHOICES.values() for kind, table in kinds.items()} | {
-    f"<{key} robot>": table for key, table in ROBOTS.items()
+BASES: dict[str, type[Table]] = {"faults": FaultTable, "law": LawTable, "null_motion": NullMotionTable}
+"""What is known of a table whose kind is not."""
+
+TABLES: dict[str, type[Table]] = {
+    **{f"<{kind}>": table for kinds in CHOICES.values() for kind, table in kinds.items()},
+    **{f"<{key} robot>": table for key, table in ROBOTS.items()},
+    **{f"<any of {key}>": table for key, table in BASES.items()},
 }
-
-
-def written(place: Place) -> str:
-    """A place as a reader writes it: ``faults[1].joint``."""
-    text = ""
-    for part in place:
-        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
-    return text if len(text) <= 2 * SHOWN else f"{text[: 2 * SHOWN]}…"
-
-
-def shown(value: Any) -> str:
-    """What came, short."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, dict):
-        return "a table" if value else "an empty table"
-    if isinstance(value, list):
-        return f"a list of {len(value)}"
-    if isinstance(value, int) and abs(value) >= 10**20:
-        return "a huge integer"
-    text = repr(value) if isinstance(value, str | int | float) else str(value)
-    return text if len(text) <= SHOWN else f"{text[:SHOWN]}…"
-
-
-def did_you_mean(value: Any, choices: Iterable[str]) -> str:
-    """A hint where one of the choices is nearly what came, else nothing."""
-    if not isinstance(value, str) or len(value) > SHOWN:
-        return ""
-    names = {choice.lower(): choice for choice in choices if len(choice) <= SHOWN}
-    near = get_close_matches(value.lower().replace("_", "-"), names, n=1) or get_close_matches(
-        value.lower(), names, n=1
-    )
-    return f"did you mean {names[near[0]]!r}?" if near else ""
-
-
-def listed(choices: Iterable[str], most: int = 40) -> str:
-    """One of the choices, in words."""
-    names = list(choices)
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(name if len(name) <= SHOWN else f"{name[:SHOWN]}…" for name in names[:most]) + more
+TAGS = {*TABLES, "<one>", "<each>", "<by joint>", "<word>", "<number>", "<table>", "<mask>", "<vector>", "<matrix>"}
 
 
 def form_mistakes(document: Document) -> list[tuple[Place, Mistake]]:
     """What is wrong with the form of a file, each with its place."""
+    errors = _errors(ScenarioTable, document.content, ())
+    for error in list(errors[:MOST]):
+        if error["type"] in ("union_tag_invalid", "union_tag_not_found"):
+            errors += _beside_the_kind(error)
+    found = [_mistake(document, error) for error in errors[:MOST]]
+    if len(errors) > MOST:
+        found.append(((), Mistake("", f"{len(errors) - MOST} more mistakes", "none")))
+    return found
+
+
+def _errors(table: type[BaseModel], content: Any, prefix: tuple[int | str, ...]) -> list[ErrorDetails]:
     try:
-        ScenarioTable.model_validate(document.content)
+        table.model_validate(content)
     except ValidationError as error:
-        return [_mistake(document, entry) for entry in error.errors(include_url=False)]
+        return [{**entry, "loc": (*prefix, *entry["loc"])} for entry in error.errors(include_url=False)]
     return []
 
 
+def _beside_the_kind(error: ErrorDetails) -> list[ErrorDetails]:
+    """What else is wrong with a table whose kind is none of those there are: as if it were the one that was meant."""
+    loc, value = error["loc"], error["input"]
+    if not isinstance(value, dict):
+        return []
+    key = str(loc[0])
+    if key == "robot":
+        guesses = [(wrong, right) for wrong in value if (right := nearest(wrong, ROBOTS))]
+        if not guesses:
+            return []
+        wrong, right = guesses[0]
+        renamed = {right if name == wrong else name: entry for name, entry in value.items()}
+        return _errors(ROBOTS[right], renamed, (*loc, f"<{right} robot>"))
+    kind = nearest(value.get("kind"), CHOICES[key])
+    if kind:
+        return _errors(CHOICES[key][kind], {**value, "kind": kind}, (*loc, f"<{kind}>"))
+    if key not in BASES:
+        return []
+    known = {name: entry for name, entry in value.items() if name in BASES[key].model_fields}
+    return _errors(BASES[key], known, (*loc, f"<any of {key}>"))
+
+
 def _mistake(document: Document, error: ErrorDetails) -> tuple[Place, Mistake]:
-    place = tuple(part for part in error["loc"] if not (isinstance(part, str) and part[:1] + part[-1:] == "<>"))
-    if place and place[-1] == "[key]":
-        place = place[:-1]
-    kind, value, hint = error["type"], error["input"], ""
-    got = shown(value)
+    """One of pydantic's errors in words."""
+    loc = error["loc"][:-1] if error["loc"][-1:] == ("[key]",) else error["loc"]
+    place = (*(part for part in loc[:-1] if part not in TAGS), *loc[-1:]) if loc[-1] not in TAGS else _untagged(loc)
+    kind, value, context = error["type"], error["input"], error.get("ctx", {})
+    got, expected, hint = shown(value), error["msg"], ""
     if kind == "missing":
-        got, expected = "nothing", f"this key: {_meaning(error['loc'])}"
+        got, expected = "nothing", f"this key: {_meaning(loc)}"
     elif kind == "extra_forbidden":
-        keys = list(_table_at(error["loc"]).model_fields)
+        keys = list(_table_at(loc).model_fields)
         got, expected = f"an unknown key {shown(place[-1])}", f"one of {listed(keys)}"
         hint = did_you_mean(place[-1], keys)
     elif kind in ("union_tag_invalid", "union_tag_not_found"):
         place, got, expected, hint = _no_kind(place, value)
+    elif kind == "literal_error":
+        choices = [choice.strip(" '") for choice in context["expected"].replace(" or ", ", ").split(",")]
+        expected = f"{'one of ' if len(choices) > 1 else ''}{', '.join(map(repr, choices))}"
+        hint = did_you_mean(value, choices)
     elif kind in EXPECTED:
-        context = error.get("ctx", {})
         expected = EXPECTED[kind].format_map(context)
-        if kind == "literal_error":
-            choices = [choice.strip(" '") for choice in expected.replace(" or ", ", ").split(",")]
-            hint = did_you_mean(value, choices)
-            expected = expected if len(choices) == 1 else f"one of {', '.join(map(repr, choices))}"
-        elif "{" not in EXPECTED[kind] and isinstance(value, str) and kind == "float_type":
-            hint = "a number has no quotes" if _is_number(value) else ""
-    else:
-        expected = error["msg"]
+        if kind == "too_short":
+            expected += " entry" if context["min_length"] == 1 else " entries"
+        if kind == "float_type" and isinstance(value, str) and _is_number(value):
+            hint = "a number has no quotes"
     return place, Mistake(written(place), got, expected, hint, document.line(place))
+
+
+def _untagged(loc: tuple[int | str, ...]) -> Place:
+    return tuple(part for part in loc if part not in TAGS)
 
 
 def _no_kind(place: Place, value: Any) -> tuple[Place, str, str, str]:
@@ -125,14 +132,9 @@ def _no_kind(place: Place, value: Any) -> tuple[Place, str, str, str]:
         return place, shown(value), "a table", ""
     kinds = CHOICES.get(str(place[0]))
     if kinds is None:  # the robot, which has no kind but a key of its own
-        hints = [did_you_mean(key, ROBOTS) for key in value]
-        expected = f"one of the keys {', '.join(ROBOTS)}"
-        return (
-            place,
-            f"the keys {listed(value)}" if value else "an empty table",
-            expected,
-            next(filter(None, hints), ""),
-        )
+        got = f"the keys {listed(value)}" if value else "an empty table"
+        near = next(filter(None, (did_you_mean(key, ROBOTS) for key in list(value)[:MOST])), "")
+        return place, got, f"one of the keys {', '.join(ROBOTS)}", near
     expected = f"one of {', '.join(map(repr, kinds))}"
     if "kind" not in value:
         return (*place, "kind"), "nothing", expected, ""
@@ -159,9 +161,11 @@ def _inner(annotation: Any) -> type[BaseModel] | None:
 
 
 def _meaning(loc: tuple[int | str, ...]) -> str:
+    """What a key that is missing holds, in the words of the schema."""
     fields: Mapping[str, Any] = _table_at(loc).model_fields
     field = fields.get(str(loc[-1]))
-    return (field.description if field is not None else None) or "a choice"
+    words = (field.description if field is not None else None) or "a value"
+    return words[:1].lower() + words[1:].rstrip(".") if not words[1:2].isupper() else words.rstrip(".")
 
 
 def _is_number(text: str) -> bool:

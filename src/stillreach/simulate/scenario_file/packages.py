@@ -6,7 +6,7 @@ from importlib import metadata
 from pathlib import Path
 
 from stillreach.errors import InputError
-from stillreach.simulate.scenario_file.mistakes import did_you_mean, shown
+from stillreach.simulate.scenario_file.words import did_you_mean, shown
 
 PREFIX = "package:"
 

@@ -9,10 +9,13 @@ import numpy as np
 
 from stillreach._door import FloatArray
 from stillreach.arm import Arm
-from stillreach.errors import InputError, Mistake
+from stillreach.errors import InputError, Mistake, listing
 from stillreach.simulate.scenario_file.document import Document, Place
-from stillreach.simulate.scenario_file.mistakes import did_you_mean, listed, shown, written
 from stillreach.simulate.scenario_file.units import Units
+from stillreach.simulate.scenario_file.words import did_you_mean, shown, written
+
+MOST = 100
+"""Mistakes after which no more hints are looked for."""
 
 
 class Reading:
@@ -40,15 +43,7 @@ class Reading:
 
     def value(self, *place: str | int) -> Any:
         """The value at a place; None where it is absent or something is wrong with it."""
-        value: Any = self.document.content
-        for part in place:
-            if isinstance(value, dict) and part in value:
-                value = value[part]
-            elif isinstance(value, list) and isinstance(part, int) and part < len(value):
-                value = value[part]
-            else:
-                return None
-        return value if self.good(*place) else None
+        return self._raw(place) if self.good(*place) else None
 
     def has(self, *place: str | int) -> bool:
         """Whether there is a value without mistakes."""
@@ -59,18 +54,23 @@ class Reading:
         value: Any = self.document.content.get(str(place[0]))
         return len(value) if isinstance(value, list) else 0
 
+    def given(self, *place: str | int) -> bool:
+        """Whether there is anything at a place, right or wrong."""
+        return self._raw(place) is not None
+
     def wrong(self, place: Place, got: str, expected: str, hint: str = "") -> None:
         """Something is wrong at a place."""
         self._note(place, Mistake(written(place), got, expected, hint, self.document.line(place)))
 
     def refused(self, place: Place, error: InputError) -> None:
-        """A part of the package refused what came from a place; its argument may name a key of it."""
+        """A part of the package refused what came from a place; its argument names the key, perhaps one inside it."""
         key: Place = ()
         for part in error.argument.replace("]", "").replace("[", ".").split("."):
             key = (*key, int(part) if part.isdigit() else part)
-        while key and self._raw((*place, *key)) is None:
+        while len(key) > 1 and self._raw((*place, *key)) is None:
             key = key[:-1]
-        self.wrong((*place, *key), error.got, error.expected)
+        got = "nothing" if error.got == "None" else error.got
+        self.wrong((*place, *key), got, error.expected)
 
     def joint(self, place: Place, arm: Arm) -> str | None:
         """The joint named at a place; None, and a mistake, where the arm has no such joint."""
@@ -84,9 +84,9 @@ class Reading:
 
     def unknown_joint(self, place: Place, name: str, arm: Arm) -> None:
         """A name that is no joint's."""
-        self.wrong(
-            place, shown(name), f"a joint of {arm.name}: {listed(arm.joint_names)}", did_you_mean(name, arm.joint_names)
-        )
+        expected = f"a joint of {arm.name}: {listing(arm.joint_names)}"
+        hint = did_you_mean(name, arm.joint_names) if len(self.mistakes) < MOST else ""
+        self.wrong(place, shown(name), expected, hint)
 
     def joint_values(
         self, place: Place, arm: Arm, factors: FloatArray, others: FloatArray, *, one_for_all: bool = False

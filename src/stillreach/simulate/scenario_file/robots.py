@@ -9,9 +9,9 @@ import numpy as np
 
 from stillreach.arm import Arm, DHRow, catalogue
 from stillreach.errors import InputError, MissingExtraError, RobotFileError
-from stillreach.simulate.scenario_file.mistakes import did_you_mean
 from stillreach.simulate.scenario_file.packages import file_at
 from stillreach.simulate.scenario_file.reading import Reading
+from stillreach.simulate.scenario_file.words import did_you_mean
 
 PARAMETERS = ("n", "lengths")
 """What built-in arms may take."""
@@ -89,7 +89,7 @@ def _from_file(reading: Reading, table: dict[str, Any]) -> Arm:
 def _in_words(error: RobotFileError, table: dict[str, Any]) -> InputError:
     """The error with its place in the robot file as a part of what came."""
     kind = "urdf" if "urdf" in table else "mjcf"
-    argument = kind if error.argument == "path" else error.argument
+    argument = error.argument if error.argument in ("tip", "base", "fixed") else kind
     line = f"line {error.line}" if error.line else ""
     place = ", ".join(part for part in (line, error.element) if part)
     return InputError(argument, f"{place}: {error.got}" if place else error.got, error.expected)

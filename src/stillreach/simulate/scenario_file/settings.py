@@ -12,6 +12,8 @@ from stillreach.errors import InputError
 from stillreach.laws import KeepDirection, Law, LeastError, Pseudoinverse, SingularityRobust
 from stillreach.simulate.scenario_file.motions import rotation
 from stillreach.simulate.scenario_file.reading import Reading
+from stillreach.simulate.scenario_file.units import Units
+from stillreach.simulate.scenario_file.words import shown
 from stillreach.task import Task, Weights
 
 LAWS: dict[str, type[Law]] = {
@@ -30,47 +32,52 @@ def law_of(reading: Reading) -> Law | None:
     settings = {key: value for key, value in table.items() if key != "kind"}
     if settings.get("max_gain") == "none":
         settings["max_gain"] = None
-    try:
-        return LAWS[table["kind"]](**settings)
-    except InputError as error:
-        reading.refused(("law",), error)
-        return None
+    return LAWS[table["kind"]](**settings)
 
 
 def task_of(reading: Reading) -> Task | None:
     """The task; None for the default."""
+    weights = _weights(reading)
     table = reading.value("task")
     if table is None:
         return None
-    try:
-        return Task(
-            rows=table.get("rows", "pose"),
-            frame=table.get("frame", "base"),
-            tool=_tool(reading, table["tool"]) if "tool" in table else None,
-            weights=_weights(reading, table["weights"]) if "weights" in table else None,
-        )
-    except InputError as error:
-        reading.refused(("task",), error)
-        return None
+    settings = {key: table[key] for key in ("rows", "frame") if key in table}
+    tool = _tool(table["tool"], reading.units) if "tool" in table else None
+    return Task(tool=tool, weights=weights, **settings)
 
 
-def _tool(reading: Reading, table: dict[str, Any]) -> np.ndarray:
+def check_joint_weights(reading: Reading, arm: Arm) -> None:
+    """As many weights of joints as there are joints."""
+    weights = reading.value("task", "weights", "joints")
+    if weights is not None and len(weights) != arm.n:
+        got, expected = f"weights of {len(weights)} joints", f"{arm.n}, one for each joint of {arm.name}"
+        reading.wrong(("task", "weights", "joints"), got, expected)
+
+
+def _tool(table: dict[str, Any], units: Units) -> np.ndarray:
     T = np.eye(4)
-    T[:3, 3] = np.array(table.get("position", (0.0, 0.0, 0.0)), dtype=float) * reading.units.length
+    T[:3, 3] = np.array(table.get("position", (0.0, 0.0, 0.0)), dtype=float) * units.length
     if "orientation" in table:
-        T[:3, :3] = rotation("tool.orientation", table["orientation"], reading.units)
+        T[:3, :3] = rotation("tool.orientation", table["orientation"], units)
     return T
 
 
-def _weights(reading: Reading, table: dict[str, Any]) -> Weights:
-    settings: dict[str, Any] = {
-        key: table[key] * getattr(reading.units, key) for key in ("length", "angle") if key in table
-    }
-    settings |= {key: table[key] for key in ("task", "joints") if key in table}
-    try:
-        return Weights(**settings)
-    except InputError as error:
-        raise InputError(f"weights.{error.argument}", error.got, error.expected) from None
+def _weights(reading: Reading) -> Weights | None:
+    """Units and weights; what is no weight is a mistake of its own, whatever else is wrong with the task."""
+    settings: dict[str, Any] = {}
+    for key in ("length", "angle", "task", "joints"):
+        value = reading.value("task", "weights", key)
+        if value is None:
+            continue
+        settings[key] = value * getattr(reading.units, key) if key in ("length", "angle") else value
+        try:
+            Weights(**{key: settings[key]})
+        except InputError as error:
+            reading.wrong(("task", "weights", key), shown(value), error.expected)
+    six = settings.get("task")
+    if six is not None and len(six) != 6:
+        reading.wrong(("task", "weights", "task"), f"weights of {len(six)} rows", "6, for vx, vy, vz, wx, wy, wz")
+    return Weights(**settings) if reading.has("task", "weights") else None
 
 
 def null_motion_of(reading: Reading, arm: Arm) -> NullMotion | None:
@@ -103,11 +110,4 @@ def limits_of(reading: Reading, arm: Arm) -> dict[str, np.ndarray]:
         "acceleration_limits": arm.acceleration_limits,
     }
     found = {key: reading.joint_values((key,), arm, factors, values, one_for_all=True) for key, values in own.items()}
-    positions = found["position_limits"]
-    if positions is not None:
-        for joint in np.flatnonzero(positions[:, 0] > positions[:, 1])[:1]:
-            low, high = positions[joint] / factors[joint]
-            reading.wrong(
-                ("position_limits",), f"{low:g} above {high:g} for {arm.joint_names[joint]}", "lower <= upper"
-            )
     return {key: values for key, values in found.items() if values is not None}
