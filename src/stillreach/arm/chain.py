@@ -12,7 +12,7 @@ from stillreach.arm.mimic import Place
 from stillreach.arm.placements import moved
 from stillreach.arm.robot_file import RobotFile, shown
 
-MAX_PASSED, MAX_MOVING = 10_000, 1000
+MAX_PASSED, MAX_MOVING = 2000, 1000
 
 
 class Chain(NamedTuple):

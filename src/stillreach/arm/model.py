@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import operator
-import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -17,6 +16,7 @@ from stillreach._core import ArmModel
 from stillreach._door import FloatArray
 from stillreach.arm.describe import describe, headline
 from stillreach.arm.dh import DHRow, dh_chain
+from stillreach.arm.files import RobotFiles
 from stillreach.arm.joint import KINDS, Joint, named
 from stillreach.arm.limits import driven, limited
 from stillreach.arm.modules import module_chain
@@ -25,7 +25,7 @@ from stillreach.errors import InputError, UnknownJointError
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
-class Arm(Value):
+class Arm(RobotFiles, Value):
     """A serial chain of joints. Immutable: its arrays are read-only and ``with_...`` returns another arm.
 
     Args:
@@ -104,65 +104,6 @@ class Arm(Value):
         joints, last = dh_chain(rows, convention, base)
         end = last if tool is None else last @ _door.pose("tool", tool)
         return cls(driven(joints, velocity_limits), tool=end, name=name)
-
-    @classmethod
-    def from_urdf(
-        cls,
-        path: str | os.PathLike[str],
-        *,
-        tip: str | None = None,
-        base: str | None = None,
-        fixed: Mapping[str, float] | None = None,
-    ) -> Arm:
-        """The chain between two links of a URDF file; also up one branch of its tree and down another.
-
-        Revolute, continuous and prismatic joints become the arm's, with their names, position and velocity limits
-        (lower and upper are 0 where the file has neither, as URDF says; a missing velocity is no limit). A joint that
-        mimics one outside the chain stands where a leader at 0 puts it, or at the position in ``fixed``.
-
-        Args:
-            path: the file, or its text (which begins with ``<``). Meshes are not looked at.
-            tip: link whose frame is the tool; None takes the only link that has no child below the base.
-            base: link that poses are seen from; None takes the root.
-            fixed: joints held at a position [rad] or [m], which are then no joints of the arm.
-
-        Raises:
-            RobotFileError: the file cannot be read, is malformed, hostile or xacro, is no tree, or has no such
-                chain; the error names file, line, element and the valid choices.
-        """
-        from stillreach.arm.urdf import urdf_chain
-
-        joints, tool, name = urdf_chain(path, tip, base, fixed)
-        return cls(joints, tool=tool, name=name)
-
-    @classmethod
-    def from_mjcf(
-        cls,
-        path_or_model: Any,
-        *,
-        tip: str | None = None,
-        base: str | None = None,
-        fixed: Mapping[str, float] | None = None,
-    ) -> Arm:
-        """The chain between two bodies of an MJCF file, as MuJoCo reads it (extra ``mujoco``).
-
-        Hinges and slides become the arm's joints, with their names and ranges; MJCF knows no velocity limits
-        (``with_limits`` sets them). Joints that an equality constraint couples follow each other.
-
-        Args:
-            path_or_model: the file (meshes need not be there), its text (begins with ``<``) or a ``mujoco.MjModel``.
-            tip: body or site whose frame is the tool; None takes the only body that has no child.
-            base: body that poses are seen from; None takes the world.
-            fixed: joints held at a position [rad] or [m], which are then no joints of the arm.
-
-        Raises:
-            MissingExtraError: MuJoCo is not installed.
-            RobotFileError: as for ``from_urdf``; or a free or ball joint is between base and tip.
-        """
-        from stillreach.arm.mjcf import mjcf_chain
-
-        joints, tool, name = mjcf_chain(path_or_model, tip, base, fixed)
-        return cls(joints, tool=tool, name=name)
 
     @property
     def n(self) -> int:

@@ -75,6 +75,8 @@ def read(path: Any, kind: str) -> RobotFile:
             raise RobotFileError("path", "no regular file", kind, name)
         with Path(name).open("rb") as file:
             return _checked(RobotFile(name, Path(name).stem or "arm", file.read(MAX_BYTES + 1)))
+    except RobotFileError:
+        raise
     except OSError as error:
         raise RobotFileError("path", f"no readable file ({error.strerror})", kind, name) from None
     except ValueError:

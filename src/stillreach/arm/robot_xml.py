@@ -1,8 +1,8 @@
 """The part of an XML file that a robot's kinematics are in, with line numbers; files made to do harm are refused.
 
 Expat of the standard library does the parsing. A document type declaration ends it at once: without one there are no
-entities, none that expand without end and none that name other files. Size, depth and the length of an attribute are
-bounded. Elements deeper than ``robot/joint/*`` are looked at for their names only.
+entities, none that expand without end and none that name other files. Size, depth, number of elements and length of
+attributes are bounded. Elements deeper than ``robot/joint/*`` are looked at for their names only.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from stillreach.arm.robot_file import RobotFile, shown
 from stillreach.errors import RobotFileError
 
 MAX_DEPTH = 100
+MAX_ELEMENTS = 50_000
 MAX_ATTRIBUTE = 1000
 KEPT_DEPTH = 3
 XACRO_ADVICE = "a plain URDF file: expand xacro first, e.g. `xacro robot.urdf.xacro > robot.urdf`"
@@ -56,7 +57,7 @@ class _Reader:
         self.file = file
         self.max_attribute = max_attribute
         self.open: list[Element] = []
-        self.depth = 0
+        self.depth = self.count = 0
         self.xacro = {"xacro"}  # prefixes of elements that are to be expanded
         self.root: Element
         self.parser = expat.ParserCreate(file.encoding)
@@ -74,8 +75,11 @@ class _Reader:
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         line = self.parser.CurrentLineNumber
         self.depth += 1
+        self.count += 1
         if self.depth > MAX_DEPTH:
             raise self.file.error(f"elements nested {self.depth} deep", f"at most {MAX_DEPTH}", line=line)
+        if self.count > MAX_ELEMENTS:
+            raise self.file.error(f"more than {MAX_ELEMENTS} elements", f"at most {MAX_ELEMENTS}", line=line)
         for name, value in attributes.items():
             if name.startswith("xmlns:") and value.rstrip("/").endswith("xacro"):
                 self.xacro.add(name[6:])

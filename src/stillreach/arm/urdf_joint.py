@@ -17,6 +17,8 @@ from stillreach.arm.urdf_tree import UrdfJoint, only
 from stillreach.errors import RobotFileError
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+NO_LIMIT = 1e9
+"""A limit [rad, m, rad/s, m/s] of this size or more is none: URDF has no word for infinity."""
 KIND_OF = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
 
 
@@ -54,7 +56,7 @@ def read_movement(file: RobotFile, joint: UrdfJoint) -> Movement:
         return Movement(kind, origin, np.array([1.0, 0.0, 0.0]), (0.0, 0.0), 0.0, None)
     limit = only(file, joint.element, "limit", joint.label)
     position = _position(file, joint, limit)
-    velocity = math.inf if limit is None else _number(file, joint, limit, "velocity", math.inf)
+    velocity = math.inf if limit is None else _limit(file, joint, limit, "velocity", math.inf)
     if velocity < 0.0:
         raise _error(file, joint, limit, f"the velocity limit {velocity:g}", "a number of at least 0")
     return Movement(kind, origin, _axis(file, joint), position, velocity, _mimic(file, joint))
@@ -95,8 +97,8 @@ def _position(file: RobotFile, joint: UrdfJoint, limit: Element | None) -> tuple
     if limit is None:
         expected = '<limit lower="..." upper="..." velocity="..."/> (a joint without limits is of type continuous)'
         raise _error(file, joint, None, f"no <limit> in a {word} joint", expected)
-    lower, upper = (_number(file, joint, limit, name, 0.0) for name in ("lower", "upper"))
-    if lower > upper:
+    lower, upper = (_limit(file, joint, limit, name, 0.0) for name in ("lower", "upper"))
+    if lower > upper or lower == math.inf or upper == -math.inf:
         raise _error(file, joint, limit, f"lower {lower:g} above upper {upper:g}", "lower at most upper")
     return lower, upper
 
@@ -110,6 +112,11 @@ def _mimic(file: RobotFile, joint: UrdfJoint) -> Mimic | None:
         raise _error(file, joint, element, "no joint to follow", '<mimic joint="..."/>')
     multiplier = _number(file, joint, element, "multiplier", 1.0, LARGEST)
     return Mimic(leader, multiplier, _number(file, joint, element, "offset", 0.0, LARGEST))
+
+
+def _limit(file: RobotFile, joint: UrdfJoint, element: Element, name: str, default: float) -> float:
+    number = _number(file, joint, element, name, default)
+    return math.copysign(math.inf, number) if abs(number) >= NO_LIMIT else number
 
 
 def _number(
