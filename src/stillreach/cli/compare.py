@@ -106,9 +106,9 @@ def _facts(scenario: Scenario, results: dict[str, Result]) -> dict[str, Any]:
 
 
 def _print(scenario: Scenario, results: dict[str, Result]) -> None:
-    from stillreach.cli._summary import fault_lines
+    from stillreach.cli._summary import apart, fault_lines
     from stillreach.cli._terminal import console, table
-    from stillreach.show.words import shown_angle, shown_length, tidy
+    from stillreach.show.words import tidy
 
     out = console()
     out.print(scenario.name or scenario.arm.name, style="bold")
@@ -120,8 +120,8 @@ def _print(scenario: Scenario, results: dict[str, Result]) -> None:
         made.add_row(
             name,
             arrived,
-            f"{shown_length(found.goal_distance)}, {shown_angle(found.goal_angle)}",
-            f"{shown_length(found.distance.value)}, {shown_angle(found.angle.value)}",
+            apart(found, found.goal_distance, found.goal_angle),
+            apart(found, found.distance.value, found.angle.value),
             "no limit" if found.rate is None else f"{tidy(100 * found.rate.value)} %",
             style=None if found.finished else "red",
         )
