@@ -14,7 +14,7 @@ from stillreach.simulate.course import Course
 from stillreach.simulate.motion import TICK_TOLERANCE, Twist
 from stillreach.simulate.scenario import Scenario
 from stillreach.simulate.scenario_file.document import Document
-from stillreach.simulate.scenario_file.mistakes import form_mistakes
+from stillreach.simulate.scenario_file.mistakes import form_of
 from stillreach.simulate.scenario_file.motions import motions_of
 from stillreach.simulate.scenario_file.reading import Reading
 from stillreach.simulate.scenario_file.robots import arm_of
@@ -32,7 +32,7 @@ def scenario_of(document: Document) -> Scenario:
     Raises:
         ScenarioFileError: with everything that is wrong in it.
     """
-    reading = Reading(document, form_mistakes(document))
+    reading = Reading(document, *form_of(document))
     settings: dict[str, Any] = {"motion": motions_of(reading), "law": law_of(reading), "task": task_of(reading)}
     settings |= {key: reading.value(key) for key in PLAIN if reading.has(key)}
     arm = arm_of(reading)
@@ -142,6 +142,5 @@ def _length(reading: Reading, motion: list[Twist | Course] | None) -> tuple[floa
         if open_end and not last:
             reading.wrong(("motion", place, "duration"), "nothing", "a duration: only the last motion may have none")
         endless = open_end and last
-        known = isinstance(length, int | float)  # a motion of unknown kind may have anything for a duration
-        total = total + length if total is not None and known else None
+        total = None if total is None or length is None else total + length
     return total, endless
