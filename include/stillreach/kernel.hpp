@@ -2,6 +2,7 @@
 #pragma once
 
 #include "arm.hpp"
+#include "batch.hpp"
 #include "rollout.hpp"
 
 namespace stillreach {
@@ -22,6 +23,11 @@ struct Kernel {
   void (*tick)(ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory, Answer& out);
   void (*rollout)(ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages, bool advance,
                   const Memory& memory, Answer& a, double* scratch, std::int8_t* scratch_active, const Record& to);
+  // Rows first to last - 1 of a batch. memory: as long as these say, doubles on a 32-byte boundary.
+  void (*batch)(const Batch& b, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory);
+  std::size_t (*batch_doubles)(int n, bool full_joint_weight);
+  std::size_t (*batch_ints)(int n);
+  std::size_t (*batch_bytes)(int n);
 };
 
 }  // namespace stillreach
@@ -51,6 +57,13 @@ inline Kernel make_kernel() {
     Workspace w = make_workspace(c.arm.n, c.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
     rollout(c, q, twists, targets, steps, stages, advance, w, a, scratch, scratch_active, to);
   };
+  k.batch = [](const Batch& b, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory) {
+    BatchMemory w = make_batch_memory(b.arm.n, b.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
+    solve_rows(b, first, last, w);
+  };
+  k.batch_doubles = [](int n, bool full) { return batch_doubles(n, full); };
+  k.batch_ints = [](int n) { return batch_ints(n); };
+  k.batch_bytes = [](int n) { return batch_bytes(n); };
   return k;
 }
 

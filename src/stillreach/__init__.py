@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from stillreach._core import Solution
     from stillreach.arm import Arm, DHRow, Joint
     from stillreach.arm import catalogue as arms
+    from stillreach.batch import BatchSolution, solve_batch
     from stillreach.bounds import Bounds
     from stillreach.control import Centring, Controller, Gradient, Manipulability, NullMotion, Posture, Rates
     from stillreach.errors import (
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "_core": ("Solution",),
     "arm": ("Arm", "DHRow", "Joint"),
+    "batch": ("BatchSolution", "solve_batch"),
     "bounds": ("Bounds",),
     "control": ("Centring", "Controller", "Gradient", "Manipulability", "NullMotion", "Posture", "Rates"),
     "errors": ("InputError", "MissingExtraError", "SimulationInterrupted", "StillreachError", "UnknownJointError"),
@@ -49,6 +51,7 @@ _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Arm",
+    "BatchSolution",
     "Bounds",
     "Centring",
     "Check",
@@ -85,6 +88,7 @@ __all__ = [
     "Weights",
     "arms",
     "simulate",
+    "solve_batch",
 ]
 
 

@@ -163,6 +163,12 @@ def pose(name: str, value: Any) -> FloatArray:
     return frozen(T)
 
 
+def array(name: str, value: Any, expected: str) -> FloatArray:
+    """Numbers of any shape and value as a float64 array in C order: the same memory where it is that already."""
+    numbers = _numbers(name, value, expected)
+    return np.ascontiguousarray(numbers) if numbers.ndim else numbers
+
+
 def describe(value: Any) -> str:
     """What came, in words: short values as they are, arrays by type and shape."""
     if isinstance(value, np.ndarray) and value.ndim > 0:
