@@ -60,7 +60,7 @@ struct BatchMemory {
   std::int8_t* bytes;       // 4 n
 };
 
-STILLREACH_INLINE std::size_t batch_packs(int n) { return (5 + 12 + 3 * 6 + 5) * static_cast<std::size_t>(n) + 16; }
+STILLREACH_INLINE std::size_t batch_packs(int n) { return (5 + 12 + 3 * 6 + 13) * static_cast<std::size_t>(n) + 48; }
 STILLREACH_INLINE std::size_t batch_doubles(int n, bool full) {
   return kLanes * batch_packs(n) + 32 * static_cast<std::size_t>(n) + 64 + workspace_doubles(n, full);
 }
@@ -75,9 +75,11 @@ inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* int
   b.q = take(n), b.lower = take(n), b.upper = take(n), b.rates = take(n), b.residual = take(6);
   b.jacobian = take(6 * n), b.task_jacobian = take(6 * n);
   LaneSystem& s = b.system;
-  s.columns = take(6 * n), s.shapes = take(6 * n), s.terms = take(6 * n), s.scale = take(n), s.limit = take(n), s.z = take(n);
+  s.columns = take(6 * n), s.shapes = take(6 * n), s.terms = take(6 * n + 30), s.scale = take(n), s.limit = take(n), s.z = take(n);
+  for (Pack** v : {&s.lower, &s.upper, &s.length, &s.answer, &s.trial, &s.releases, &s.side}) *v = take(n);
   s.works = static_cast<Mask*>(static_cast<void*>(take(n)));
   s.column = static_cast<const Pack**>(static_cast<void*>(take(n)));
+  s.masked_column = static_cast<const Pack**>(static_cast<void*>(take(n)));
   b.single = doubles + kLanes * batch_packs(n);
   b.workspace = make_workspace(n, full, b.single + 32 * static_cast<std::size_t>(n) + 64, ints, bytes);
   s.joint = ints + workspace_ints(n);

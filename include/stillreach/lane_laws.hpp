@@ -2,6 +2,7 @@
 // which; the single tick's code answers the others.
 #pragma once
 
+#include "lane_box.hpp"
 #include "lane_damping.hpp"
 #include "lane_system.hpp"
 #include "law.hpp"
@@ -64,21 +65,67 @@ inline Mask finish_singularity_robust(const LawSettings& law, const LaneProblem&
   return good;
 }
 
+// gain_damping() of least_error.hpp.
 template <int M>
-inline Mask finish_bounded(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Mask good, bool scaled, const LaneInner<M>& in,
-                           LaneAnswer& out) {
+inline Pack gain_damping(double g, const LaneSystem& s, Pack inverse_square_sum) {
+  const Pack zero = zero_pack(), one = broadcast(1.0), four = broadcast(4.0);
+  const Pack sg = broadcast(g) / square_root(inverse_square_sum);
+  Pack part = select(sg >= one, zero, select(sg <= broadcast(0.5), one, four * sg * (one - sg)));
+  Pack largest = zero, excess = zero;
+  for (int j = 0; j < s.k; ++j) {
+    const Pack up = magnitude(s.upper[j]), down = magnitude(s.lower[j]);
+    largest = select(s.works[j] & (up < broadcast(infinity())), larger(largest, up), largest);
+    largest = select(s.works[j] & (down < broadcast(infinity())), larger(largest, down), largest);
+    excess = select(s.works[j], larger(excess, larger(s.z[j] - s.upper[j], s.lower[j] - s.z[j])), excess);
+  }
+  const Pack ramp = broadcast(kBoundRamp) * largest;
+  part = select(excess > zero, larger(part, select(excess < ramp, excess / ramp, one)), part);
+  return part / broadcast(4.0 * g * g);
+}
+
+// LeastError's search in the lanes of `where`, from the pseudoinverse in s.z. Returns the lanes that were answered.
+template <int M>
+inline STILLREACH_NOINLINE Mask search_box(const LaneProblem& p, LaneSystem& s, Mask where, Pack kappa, const LaneInner<M>& in,
+                                           LaneAnswer& out) {
+  LaneBox<M> b;
+  b.k = s.k, b.column = s.column, b.works = s.works, b.length = s.length, b.lower = s.lower, b.upper = s.upper, b.kappa = kappa;
+  b.z = s.answer, b.target = s.z, b.trial = s.trial, b.releases = s.releases, b.side = s.side, b.masked = s.shapes, b.narrow = s.terms;
+  b.masked_column = s.masked_column, b.iterations = broadcast(1.0), b.condition = in.condition;
+  for (int r = 0; r < M; ++r) b.dual[r] = in.dual[r], b.residual[r] = broadcast(0.0) * in.dual[r];
+  for (int j = 0; j < s.k; ++j) s.length[j] = square_root(dot<M>(s.column[j], s.column[j]));
+  const Mask found = solve_box<M>(b, s.rhs, where, kappa == zero_pack());
+  for (int j = 0; j < s.k; ++j) {
+    const int i = s.joint[j];
+    const Pack rate = s.scale[j] * (b.z[j] + zero_pack()), bound = select(b.side[j] > zero_pack(), p.upper[i], p.lower[i]);
+    const Pack free = clamp(select(is_finite(rate), rate, zero_pack()), p.lower[i], p.upper[i]);
+    const Pack answer = select((b.side[j] != zero_pack()) & is_finite(bound), bound, free);
+    out.rates[i] = select(s.works[j] & found, answer, out.rates[i]);
+  }
+  out.damping = select(found, kappa, out.damping), out.iterations = select(found, b.iterations, out.iterations);
+  out.status |= flag(found & (kappa > zero_pack()), DAMPED);
+  return found;
+}
+
+// deep: also the lanes whose bounds bite, or that are damped.
+template <int M>
+inline Mask finish_bounded(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Mask good, bool scaled, bool deep,
+                           const LaneInner<M>& in, LaneAnswer& out) {
   Mask inside = every_lane();
   for (int j = 0; j < s.k; ++j) {
     const int i = s.joint[j];
-    const Pack lower = scaled ? p.lower[i] / s.scale[j] : p.lower[i], upper = scaled ? p.upper[i] / s.scale[j] : p.upper[i];
-    inside &= ((s.z[j] <= upper) & (s.z[j] >= lower)) | ~s.works[j];
+    s.lower[j] = scaled ? p.lower[i] / s.scale[j] : p.lower[i], s.upper[j] = scaled ? p.upper[i] / s.scale[j] : p.upper[i];
+    inside &= ((s.z[j] <= s.upper[j]) & (s.z[j] >= s.lower[j])) | ~s.works[j];
     const Pack rate = s.scale[j] * (s.z[j] + zero_pack());
     out.rates[i] = select(s.works[j], clamp(select(is_finite(rate), rate, zero_pack()), p.lower[i], p.upper[i]), out.rates[i]);
   }
-  good &= inside;
   if (law.kind == LEAST_ERROR && law.max_gain > 0.0)  // no damping where the gain is below its limit
-    good &= broadcast(law.max_gain) / square_root(in.factor.inverse_trace) >= broadcast(1.0);
-  return good;
+    inside &= broadcast(law.max_gain) / square_root(in.factor.inverse_trace) >= broadcast(1.0);
+  const Mask search = good & ~inside;
+  if (!any(search)) return good;
+  good &= inside;
+  if (!deep || law.kind != LEAST_ERROR) return good;
+  const Pack kappa = law.max_gain > 0.0 ? gain_damping<M>(law.max_gain, s, in.factor.inverse_trace) : zero_pack();
+  return good | search_box<M>(p, s, search, kappa, in, out);
 }
 
 // Before solve_lanes(), where the bounds are new.
@@ -105,7 +152,7 @@ inline Mask solve_lanes(const LawSettings& law, const LaneProblem& p, bool deep,
   else if (robust)
     good = finish_singularity_robust<M>(law, p, s, good, deep, in, out);
   else
-    good = finish_bounded<M>(law, p, s, good, scaled, in, out);
+    good = finish_bounded<M>(law, p, s, good, scaled, deep, in, out);
   if (any(good)) good &= report<M>(p, s, with_residual, out);
   return good;
 }

@@ -37,6 +37,10 @@ struct LaneSystem {
   Pack* scale;     // k
   Pack* limit;     // k: reciprocal of the joint's bound, for the damping laws
   Pack* z;         // k
+  Pack* lower;     // k: bounds of z
+  Pack* upper;     // k
+  Pack *length, *answer, *trial, *releases, *side;  // k each, for the bounded search
+  const Pack** masked_column;  // k
   Pack* shapes;    // k M
   Pack* terms;     // k M
   Pack rhs[kRows];

@@ -1,4 +1,4 @@
-"""Many independent problems of one arm in one call: on SIMD lanes and several threads, without the interpreter's lock."""
+"""Many independent problems of one arm in one call: on SIMD lanes and several threads, with the GIL released."""
 
 from __future__ import annotations
 
@@ -248,4 +248,3 @@ def _rows(name: str, value: Any, count: int, length: int) -> FloatArray:
     if array.shape != (count, length):
         raise InputError(name, _door.describe(array), expected)
     return array
-
