@@ -95,8 +95,8 @@ def solve_batch(
             input.
         row_kinds: with ``jacobians`` of m != 6 rows: v for a row in m/s, w for one in rad/s.
         joint_kinds: with ``jacobians`` and no arm: R or P for each joint; None: all revolute.
-        threads: how many to use, up to 1024; None: the environment's STILLREACH_THREADS, or the processors at hand. Answers do not
-            depend on it.
+        threads: how many to use, up to 1024; None: the environment's STILLREACH_THREADS, or the processors at hand.
+            Answers do not depend on it.
 
     Raises:
         InputError: an argument of another shape or type, or a shared one with a NaN.
