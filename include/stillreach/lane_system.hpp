@@ -108,7 +108,7 @@ inline void scale_by_extent(const LaneProblem& p, LaneSystem& s) {
     const Pack extent = larger(p.upper[i], -p.lower[i]), scale = broadcast(p.metric.columns ? p.metric.columns[i] : 1.0);
     const Mask finite = extent < broadcast(infinity());
     s.scale[j] = select(finite & (reference > zero_pack()), scale * (in_joint_units(i, extent) / reference), scale);
-    s.limit[j] = select(finite, s.scale[j] / extent, zero_pack());
+    s.limit[j] = select(finite & s.works[j], s.scale[j] / extent, zero_pack());
   }
 }
 
