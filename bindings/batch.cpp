@@ -26,10 +26,10 @@ struct BatchScratch {
 class Arrays {
  public:
   explicit Arrays(nb::dict named) : named_(std::move(named)) { open_.reserve(32); }
-  // The named array in place, or null where it is missing.
-  double* numbers(const char* name, std::initializer_list<long> shape, bool writable) {
+  // The named array in place, or null where it is missing. argument: what the caller calls it.
+  double* numbers(const char* name, std::initializer_list<long> shape, bool writable, const char* argument = nullptr) {
     if (!named_.contains(name)) return nullptr;
-    open_.push_back(strict(name, named_[name], shape, writable));
+    open_.push_back(strict(argument ? argument : name, named_[name], shape, writable));
     return open_.back().data();
   }
   // Rows of `length` numbers, one each or one shared by all; stride: 0 where it is shared.
@@ -90,7 +90,7 @@ void solve_batch(const Law& law, const Metric& metric, nb::handle arm, nb::seque
     b.acceleration = in.rows("acceleration", count, n, ignored);
     b.period = nb::cast<double>(given["period"]);
   }
-  b.rates = out.numbers("rates", {count, n}, true), b.status = out.integers<std::int32_t>("status", count, "int32");
+  b.rates = out.numbers("rates", {count, n}, true, "out"), b.status = out.integers<std::int32_t>("status", count, "int32");
   b.residual = out.numbers("residual", {count, m}, true), b.damping = out.numbers("damping", {count}, true);
   b.scale = out.numbers("scale", {count}, true), b.task_error = out.numbers("task_error", {count}, true);
   b.pose = out.numbers("pose", {count, 4, 4}, true), b.jacobian = out.numbers("jacobian", {count, m, n}, true);

@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <cstdlib>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -28,10 +29,7 @@ class Pool {
   void run(int helpers, const std::function<void()>& job, const std::function<void()>& own) {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
-      while (static_cast<int>(threads_) < helpers) {
-        std::thread([this, number = threads_] { loop(number); }).detach();
-        ++threads_;
-      }
+      helpers = start(helpers);
       job_ = &job, wanted_ = helpers, running_ = helpers, ++turn_;
     }
     wake_.notify_all();
@@ -42,6 +40,15 @@ class Pool {
   }
 
  private:
+  // As many threads as are wanted, or as the system allows.
+  int start(int wanted) {
+    try {
+      for (; threads_ < wanted; ++threads_) std::thread([this, number = threads_] { loop(number); }).detach();
+    } catch (const std::system_error&) {
+      return threads_;
+    }
+    return wanted;
+  }
   void loop(int number) {
     long seen = 0;
     for (;;) {

@@ -76,7 +76,9 @@ inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* int
   b.jacobian = take(6 * n), b.task_jacobian = take(6 * n);
   LaneSystem& s = b.system;
   s.columns = take(6 * n), s.shapes = take(6 * n), s.terms = take(6 * n + 30), s.scale = take(n), s.limit = take(n), s.z = take(n);
-  for (Pack** v : {&s.top, &s.bottom, &s.lower, &s.upper, &s.length, &s.answer, &s.trial, &s.releases, &s.side}) *v = take(n);
+  Pack** const vectors[] = {&s.top, &s.bottom, &s.lower, &s.upper, &s.length, &s.answer, &s.trial, &s.releases, &s.side};
+  for (Pack** v : vectors) *v = take(n);
+  s.works = static_cast<Mask*>(static_cast<void*>(take(n)));
   s.works = static_cast<Mask*>(static_cast<void*>(take(n)));
   s.column = static_cast<const Pack**>(static_cast<void*>(take(n)));
   s.masked_column = static_cast<const Pack**>(static_cast<void*>(take(n)));

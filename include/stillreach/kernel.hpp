@@ -3,6 +3,7 @@
 
 #include "arm.hpp"
 #include "batch.hpp"
+#include "batch_kinematics.hpp"
 #include "rollout.hpp"
 
 namespace stillreach {
@@ -28,6 +29,9 @@ struct Kernel {
   std::size_t (*batch_doubles)(int n, bool full_joint_weight);
   std::size_t (*batch_ints)(int n);
   std::size_t (*batch_bytes)(int n);
+  // Rows first to last - 1 of poses, Jacobians, singular values. doubles: as many as that says, on a 32-byte boundary.
+  void (*kinematics_rows)(const KinematicsBatch& b, std::ptrdiff_t first, std::ptrdiff_t last, double* doubles);
+  std::size_t (*kinematics_doubles)(int n, int count, bool full_joint_weight);
 };
 
 }  // namespace stillreach
@@ -64,6 +68,10 @@ inline Kernel make_kernel() {
   k.batch_doubles = [](int n, bool full) { return batch_doubles(n, full); };
   k.batch_ints = [](int n) { return batch_ints(n); };
   k.batch_bytes = [](int n) { return batch_bytes(n); };
+  k.kinematics_rows = [](const KinematicsBatch& b, std::ptrdiff_t first, std::ptrdiff_t last, double* doubles) {
+    kinematics_rows(b, first, last, doubles);
+  };
+  k.kinematics_doubles = [](int n, int count, bool full) { return kinematics_doubles(n, count, full); };
   return k;
 }
 

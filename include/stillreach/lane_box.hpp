@@ -142,7 +142,8 @@ inline STILLREACH_NOINLINE Mask solve_narrow(LaneBox<M>& b, const Pack* rest, Ma
   solve<M>(f, y, z);
   narrow_residual<M>(b.narrow, rest, z, residual);
   const Mask trusted = where & (f.condition <= broadcast(kRefinedCondition));
-  for (const double limit : {kPlainCondition, kTwiceCondition}) {
+  const double limits[] = {kPlainCondition, kTwiceCondition};
+  for (const double limit : limits) {
     const Mask again = trusted & (f.condition > broadcast(limit));
     if (!any(again)) break;
     for (int i = 0; i < S; ++i) y[i] = madd(-b.kappa, z[i], dot<M>(b.narrow + i * M, residual));

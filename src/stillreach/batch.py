@@ -52,6 +52,7 @@ class BatchSolution:
 
 
 WANTED = tuple(field.name for field in fields(BatchSolution))[2:]
+MOST_THREADS = 1024
 
 
 def solve_batch(
@@ -90,10 +91,11 @@ def solve_batch(
             bounds as a Controller's do, with ``period``.
         period: [s] of a tick; only with ``last_rates``.
         want: what else to return, any of residual, damping, scale, task_error, pose, jacobian, active, iterations.
-        out: (N, n) float64, C order, writable: receives the rates instead of a new array.
+        out: (N, n) float64, C order, writable: receives the rates instead of a new array. It shares no memory with an
+            input.
         row_kinds: with ``jacobians`` of m != 6 rows: v for a row in m/s, w for one in rad/s.
         joint_kinds: with ``jacobians`` and no arm: R or P for each joint; None: all revolute.
-        threads: how many to use; None: the environment's STILLREACH_THREADS, or the processors at hand. Answers do not
+        threads: how many to use, up to 1024; None: the environment's STILLREACH_THREADS, or the processors at hand. Answers do not
             depend on it.
 
     Raises:
@@ -114,8 +116,8 @@ def solve_batch(
         given["reference"] = _rows("reference", reference, count, n)
     given |= _last(arm, model, last_rates, period, count, n)
     answers = _answers(want, model is not None, count, m, n)
-    answers["rates"] = np.empty((count, n)) if out is None else out
-    wanted = 0 if threads is None else _door.count("threads", threads)
+    answers["rates"] = np.empty((count, n)) if out is None else _apart("out", out, given)
+    wanted = 0 if threads is None else _threads(threads)
     _core.solve_batch(law.core(), metric, model, rows, tool_axes, count, given, answers, wanted)
     return BatchSolution(**answers)
 
@@ -178,7 +180,10 @@ def _bounds(bounds: Any, count: int, n: int) -> tuple[FloatArray, FloatArray]:
         if side.shape not in ((count, n), (n,), ()):
             raise InputError("bounds", _door.describe(side), expected)
     if low.ndim < 2 and high.ndim < 2:
-        shared = Bounds(np.broadcast_to(low, n), np.broadcast_to(high, n))
+        try:
+            shared = Bounds(np.broadcast_to(low, n), np.broadcast_to(high, n))
+        except InputError as error:
+            raise InputError("bounds", error.got, f"for all rows {error.expected}") from None
         return shared.lower, shared.upper
     return tuple(np.ascontiguousarray(np.broadcast_to(side, (count, n))) for side in (low, high))  # type: ignore[return-value]
 
@@ -204,6 +209,8 @@ def _last(arm: Any, model: Any, last_rates: Any, period: Any, count: int, n: int
 def _answers(want: str | Iterable[str], has_arm: bool, count: int, m: int, n: int) -> dict[str, Any]:
     """Arrays for the answers that are wanted."""
     choices = WANTED if has_arm else tuple(name for name in WANTED if name != "pose")
+    if not isinstance(want, Iterable):
+        raise InputError("want", _door.describe(want), f"any of {', '.join(choices)}")
     names = (want,) if isinstance(want, str) else tuple(want)
     answers: dict[str, Any] = {"status": np.empty(count, dtype=np.int32)}
     shapes = {"residual": (count, m), "pose": (count, 4, 4), "jacobian": (count, m, n), "active": (count, n)}
@@ -212,6 +219,24 @@ def _answers(want: str | Iterable[str], has_arm: bool, count: int, m: int, n: in
         _door.choice("want", name, choices)
         answers[name] = np.empty(shapes.get(name, (count,)), dtype=types.get(name, np.float64))
     return answers
+
+
+def _apart(name: str, array: Any, given: dict[str, Any]) -> Any:
+    """The caller's array for the rates, which must not lie where a row that is still to come is read."""
+    if not isinstance(array, np.ndarray):
+        raise InputError(name, _door.describe(array), "a writable C-contiguous float64 array (N, n), or None")
+    for other, values in given.items():
+        if isinstance(values, np.ndarray) and np.may_share_memory(array, values):
+            raise InputError(name, f"an array in the memory of {other}", "memory of its own")
+    return array
+
+
+def _threads(value: Any) -> int:
+    """How many threads; InputError otherwise."""
+    number = _door.count("threads", value)
+    if number > MOST_THREADS:
+        raise InputError("threads", str(number), f"an integer from 1 to {MOST_THREADS}")
+    return number
 
 
 def _rows(name: str, value: Any, count: int, length: int) -> FloatArray:
