@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from stillreach.errors import (
         InputError,
         MissingExtraError,
+        Mistake,
+        RobotFileError,
+        ScenarioFileError,
         SimulationInterrupted,
         StillreachError,
         UnknownJointError,
@@ -27,7 +30,18 @@ if TYPE_CHECKING:
     from stillreach.faults import Derated, Fault, Locked, Runaway
     from stillreach.insight import Check
     from stillreach.laws import KeepDirection, Law, LeastError, Pseudoinverse, SingularityRobust
-    from stillreach.simulate import Run, Scenario, Twist, simulate  # type: ignore[no-redef]
+    from stillreach.simulate import (  # type: ignore[no-redef]
+        Circle,
+        Line,
+        PoseTable,
+        Run,
+        Scenario,
+        Twist,
+        Waypoints,
+        scenario_names,
+        scenario_schema,
+        simulate,
+    )
     from stillreach.status import Health, Reason, Status
     from stillreach.task import Task, Weights
 
@@ -37,11 +51,31 @@ _HOMES = {
     "arm": ("Arm", "DHRow", "Joint"),
     "bounds": ("Bounds",),
     "control": ("Centring", "Controller", "Gradient", "Manipulability", "NullMotion", "Posture", "Rates"),
-    "errors": ("InputError", "MissingExtraError", "SimulationInterrupted", "StillreachError", "UnknownJointError"),
+    "errors": (
+        "InputError",
+        "MissingExtraError",
+        "Mistake",
+        "RobotFileError",
+        "ScenarioFileError",
+        "SimulationInterrupted",
+        "StillreachError",
+        "UnknownJointError",
+    ),
     "faults": ("Derated", "Fault", "Locked", "Runaway"),
     "insight": ("Check",),
     "laws": ("KeepDirection", "Law", "LeastError", "Pseudoinverse", "SingularityRobust"),
-    "simulate": ("Run", "Scenario", "Twist", "simulate"),
+    "simulate": (
+        "Circle",
+        "Line",
+        "PoseTable",
+        "Run",
+        "Scenario",
+        "Twist",
+        "Waypoints",
+        "scenario_names",
+        "scenario_schema",
+        "simulate",
+    ),
     "status": ("Health", "Reason", "Status"),
     "task": ("Task", "Weights"),
 }
@@ -52,6 +86,7 @@ __all__ = [
     "Bounds",
     "Centring",
     "Check",
+    "Circle",
     "Controller",
     "DHRow",
     "Derated",
@@ -63,17 +98,22 @@ __all__ = [
     "KeepDirection",
     "Law",
     "LeastError",
+    "Line",
     "Locked",
     "Manipulability",
     "MissingExtraError",
+    "Mistake",
     "NullMotion",
+    "PoseTable",
     "Posture",
     "Pseudoinverse",
     "Rates",
     "Reason",
+    "RobotFileError",
     "Run",
     "Runaway",
     "Scenario",
+    "ScenarioFileError",
     "SimulationInterrupted",
     "SingularityRobust",
     "Solution",
@@ -82,8 +122,11 @@ __all__ = [
     "Task",
     "Twist",
     "UnknownJointError",
+    "Waypoints",
     "Weights",
     "arms",
+    "scenario_names",
+    "scenario_schema",
     "simulate",
 ]
 
