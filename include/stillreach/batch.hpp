@@ -79,7 +79,6 @@ inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* int
   Pack** const vectors[] = {&s.top, &s.bottom, &s.lower, &s.upper, &s.length, &s.answer, &s.trial, &s.releases, &s.side};
   for (Pack** v : vectors) *v = take(n);
   s.works = static_cast<Mask*>(static_cast<void*>(take(n)));
-  s.works = static_cast<Mask*>(static_cast<void*>(take(n)));
   s.column = static_cast<const Pack**>(static_cast<void*>(take(n)));
   s.masked_column = static_cast<const Pack**>(static_cast<void*>(take(n)));
   b.single = doubles + kLanes * batch_packs(n);

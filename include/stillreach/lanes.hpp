@@ -12,7 +12,7 @@ constexpr int kLanes = 4;
 STILLREACH_INLINE Mask no_lane() { return Mask{0, 0, 0, 0}; }
 STILLREACH_INLINE Mask every_lane() { return Mask{-1, -1, -1, -1}; }
 STILLREACH_INLINE Pack zero_pack() { return Pack{0, 0, 0, 0}; }
-STILLREACH_INLINE Pack select(Mask where, Pack a, Pack b) { return where ? a : b; }
+STILLREACH_INLINE Pack select(Mask where, Pack a, Pack b) { return choose(where, a, b); }
 
 STILLREACH_INLINE int lane_bits(Mask mask) {
 #if defined(__AVX2__)
@@ -25,8 +25,8 @@ STILLREACH_INLINE bool any(Mask mask) { return lane_bits(mask) != 0; }
 STILLREACH_INLINE bool all(Mask mask) { return lane_bits(mask) == 15; }
 
 // As larger(), smaller() and clamp() of scalar.hpp, NaN included.
-STILLREACH_INLINE Pack larger(Pack a, Pack b) { return a > b ? a : b; }
-STILLREACH_INLINE Pack smaller(Pack a, Pack b) { return a < b ? a : b; }
+STILLREACH_INLINE Pack larger(Pack a, Pack b) { return choose(a > b, a, b); }
+STILLREACH_INLINE Pack smaller(Pack a, Pack b) { return choose(a < b, a, b); }
 STILLREACH_INLINE Pack clamp(Pack a, Pack lower, Pack upper) { return larger(smaller(a, upper), lower); }
 STILLREACH_INLINE Mask is_finite(Pack a) { return a - a == zero_pack(); }
 
