@@ -60,7 +60,7 @@ struct BatchMemory {
   std::int8_t* bytes;       // 4 n
 };
 
-STILLREACH_INLINE std::size_t batch_packs(int n) { return (5 + 12 + 3 * 6 + 13) * static_cast<std::size_t>(n) + 48; }
+STILLREACH_INLINE std::size_t batch_packs(int n) { return (5 + 12 + 3 * 6 + 15) * static_cast<std::size_t>(n) + 48; }
 STILLREACH_INLINE std::size_t batch_doubles(int n, bool full) {
   return kLanes * batch_packs(n) + 32 * static_cast<std::size_t>(n) + 64 + workspace_doubles(n, full);
 }
@@ -76,7 +76,7 @@ inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* int
   b.jacobian = take(6 * n), b.task_jacobian = take(6 * n);
   LaneSystem& s = b.system;
   s.columns = take(6 * n), s.shapes = take(6 * n), s.terms = take(6 * n + 30), s.scale = take(n), s.limit = take(n), s.z = take(n);
-  Pack** const vectors[] = {&s.lower, &s.upper, &s.length, &s.answer, &s.trial, &s.releases, &s.side};
+  Pack** const vectors[] = {&s.top, &s.bottom, &s.lower, &s.upper, &s.length, &s.answer, &s.trial, &s.releases, &s.side};
   for (Pack** v : vectors) *v = take(n);
   s.works = static_cast<Mask*>(static_cast<void*>(take(n)));
   s.column = static_cast<const Pack**>(static_cast<void*>(take(n)));
@@ -249,7 +249,7 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
   if (b.q) {
     point(b.q, n);
     load_lanes(from, n, w.q);
-    kinematics(b.arm, w.q, pose, w.jacobian);
+    kinematics(b.arm, w.q, w.system.shapes, pose, w.jacobian);  // shapes: free until then
     for (int r = 9; r < 12; ++r) doubt += pose[r] - pose[r];  // any q that is no number ends up here
     if (!b.every_row) {
       for (int i = 0; i < n; ++i)

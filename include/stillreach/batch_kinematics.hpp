@@ -33,7 +33,7 @@ STILLREACH_BEGIN
 // What one thread needs; doubles on a 32-byte boundary.
 STILLREACH_INLINE std::size_t kinematics_doubles(int n, int count, bool full) {
   const std::size_t k = static_cast<std::size_t>(count);
-  return kLanes * (13 * static_cast<std::size_t>(n) + 16) + (kStride + kRows) * k + (full ? k * k : 0);
+  return kLanes * (15 * static_cast<std::size_t>(n) + 16) + (kStride + kRows) * k + (full ? k * k : 0);
 }
 
 // Task rows of column `base` of a Jacobian in base axes.
@@ -77,8 +77,8 @@ inline void task_columns(const KinematicsBatch& b, const Pack* pose, const Pack*
 inline void kinematics_rows(const KinematicsBatch& b, std::ptrdiff_t first, std::ptrdiff_t last, double* doubles) {
   const int n = b.arm.n, most = b.m < b.count ? b.m : b.count;
   Pack* q = static_cast<Pack*>(static_cast<void*>(doubles));
-  Pack *jacobian = q + n, *ordered = jacobian + 6 * n, pose[12];
-  double *columns = doubles + kLanes * (13 * static_cast<std::size_t>(n) + 16), sigma[kRows], product, *to[kLanes];
+  Pack *jacobian = q + n, *scratch = jacobian + 6 * n, *ordered = scratch + 2 * n, pose[12];
+  double *columns = doubles + kLanes * (15 * static_cast<std::size_t>(n) + 16), sigma[kRows], product, *to[kLanes];
   const bool spectra = b.singular_values || b.manipulability;
   if (spectra && b.metric.joints) factor_weight(n, b.metric.joints, b.joints, b.count, columns + (kStride + kRows) * b.count);
   for (std::ptrdiff_t at = first; at < last; at += kLanes) {
@@ -86,7 +86,7 @@ inline void kinematics_rows(const KinematicsBatch& b, std::ptrdiff_t first, std:
     const double* from[kLanes];
     for (int l = 0; l < kLanes; ++l) from[l] = b.q + (at + (l < here ? l : 0)) * n;
     load_lanes(from, n, q);
-    kinematics(b.arm, q, pose, b.jacobian || spectra ? jacobian : nullptr);
+    kinematics(b.arm, q, scratch, pose, b.jacobian || spectra ? jacobian : nullptr);
     const auto write = [&](double* base, int length) {
       for (int l = 0; l < kLanes; ++l) to[l] = base + (at + (l < here ? l : 0)) * length;
       store_lanes(ordered, length, (1 << here) - 1, to);

@@ -19,8 +19,21 @@ STILLREACH_INLINE LaneVector scale_add(const LaneVector& a, Pack s, const LaneVe
 STILLREACH_INLINE LaneVector scaled(const LaneVector& a, Pack s) { return {a.x * s, a.y * s, a.z * s}; }
 STILLREACH_INLINE LaneVector operator-(const LaneVector& a) { return {-a.x, -a.y, -a.z}; }
 
-// q: n. pose: 12. jacobian: 6 n, or null.
-inline void kinematics(const ArmView& arm, const Pack* q, Pack* pose, Pack* jacobian) {
+// sine, cosine: n.
+inline void sincos(const Pack* q, int n, Pack* sine, Pack* cosine) {
+  Mask reducible = every_lane();
+  for (int i = 0; i < n; ++i) {
+    sincos(q[i], sine[i], cosine[i]);
+    reducible &= magnitude(q[i]) <= broadcast(kLargestReducedAngle);
+  }
+  if (all(reducible)) return;
+  for (int i = 0; i < n; ++i) sincos_lanes(q[i], kLanes, sine[i], cosine[i]);
+}
+
+// q: n. scratch: 2 n. pose: 12. jacobian: 6 n, or null.
+inline void kinematics(const ArmView& arm, const Pack* q, Pack* scratch, Pack* pose, Pack* jacobian) {
+  const Pack *sine = scratch, *cosine = scratch + arm.n;
+  sincos(q, arm.n, scratch, scratch + arm.n);
   const Pack zero = zero_pack(), one = broadcast(1.0);
   LaneVector x = {one, zero, zero}, y = {zero, one, zero}, z = {zero, zero, one}, p = {zero, zero, zero};
   for (int i = 0; i <= arm.n; ++i) {
@@ -32,8 +45,7 @@ inline void kinematics(const ArmView& arm, const Pack* q, Pack* pose, Pack* jaco
     x = nx, y = ny;
     if (i == arm.n) break;
     if (arm.kinds[i] == REVOLUTE) {
-      Pack s, c;
-      sincos_lanes(q[i], kLanes, s, c);
+      const Pack s = sine[i], c = cosine[i];
       x = scale_add(nx, c, scaled(ny, s)), y = scale_add(ny, c, -scaled(nx, s));
     } else {
       p = scale_add(z, q[i], p);

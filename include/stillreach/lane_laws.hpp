@@ -17,13 +17,15 @@ STILLREACH_INLINE bool suits_lanes(int n, int m, const Metric& metric) {
 template <int M>
 inline Mask finish_pseudoinverse(const LaneProblem& p, const LaneSystem& s, Mask good, LaneAnswer& out) {
   Mask over = no_lane();
+  Pack doubt = zero_pack();
   for (int j = 0; j < s.k; ++j) {
     const int i = s.joint[j];
     const Pack rate = s.scale[j] * s.z[j];
     over |= s.works[j] & ~((rate <= p.upper[i]) & (rate >= p.lower[i]));
-    good &= is_finite(rate) | ~s.works[j];
+    doubt += rate - rate;
     out.rates[i] = select(s.works[j], rate, out.rates[i]);
   }
+  good &= doubt == zero_pack();
   out.status |= flag(over, OVER_LIMIT);
   return good;
 }

@@ -37,6 +37,8 @@ struct LaneSystem {
   Pack* scale;     // k
   Pack* limit;     // k: reciprocal of the joint's bound, for the damping laws
   Pack* z;         // k
+  Pack* top;       // k: rates from which on a joint counts as at its upper bound,
+  Pack* bottom;    // k: and at its lower one
   Pack* lower;     // k: bounds of z
   Pack* upper;     // k
   Pack *length, *answer, *trial, *releases, *side;  // k each, for the bounded search
@@ -71,6 +73,8 @@ inline void find_working_joints(const LaneProblem& p, LaneSystem& s, Pack* rates
     if (!any(works)) continue;
     s.alike &= all(works);
     s.scale[s.k] = broadcast(p.metric.columns ? p.metric.columns[i] : 1.0);
+    const Pack small = broadcast(1e-9);
+    s.top[s.k] = p.upper[i] - small * magnitude(p.upper[i]), s.bottom[s.k] = p.lower[i] + small * magnitude(p.lower[i]);
     s.joint[s.k] = i, s.works[s.k] = works, ++s.k;
   }
   s.working = zero_pack();
@@ -104,7 +108,7 @@ inline void scale_by_extent(const LaneProblem& p, LaneSystem& s) {
     const Pack extent = larger(p.upper[i], -p.lower[i]), scale = broadcast(p.metric.columns ? p.metric.columns[i] : 1.0);
     const Mask finite = extent < broadcast(infinity());
     s.scale[j] = select(finite & (reference > zero_pack()), scale * (in_joint_units(i, extent) / reference), scale);
-    s.limit[j] = select(finite, s.scale[j] / extent, zero_pack());
+    s.limit[j] = select(finite & s.works[j], s.scale[j] / extent, zero_pack());
   }
 }
 
@@ -140,11 +144,8 @@ template <int M>
 inline Mask report(const LaneProblem& p, const LaneSystem& s, bool with_residual, LaneAnswer& out) {
   Mask saturated = no_lane(), covered = every_lane();
   for (int j = 0; j < s.k; ++j) {
-    const int i = s.joint[j];
-    const Pack rate = out.rates[i], small = broadcast(1e-9);
-    const Mask top = rate >= p.upper[i] - small * magnitude(p.upper[i]);
-    const Mask bottom = rate <= p.lower[i] + small * magnitude(p.lower[i]);
-    saturated |= s.works[j] & (top ^ bottom);
+    const Pack rate = out.rates[s.joint[j]];
+    saturated |= s.works[j] & ((rate >= s.top[j]) ^ (rate <= s.bottom[j]));
   }
   out.status |= flag(saturated, SATURATED);
   Pack drift = zero_pack();

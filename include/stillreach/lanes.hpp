@@ -12,7 +12,7 @@ constexpr int kLanes = 4;
 STILLREACH_INLINE Mask no_lane() { return Mask{0, 0, 0, 0}; }
 STILLREACH_INLINE Mask every_lane() { return Mask{-1, -1, -1, -1}; }
 STILLREACH_INLINE Pack zero_pack() { return Pack{0, 0, 0, 0}; }
-STILLREACH_INLINE Pack select(Mask where, Pack a, Pack b) { return where ? a : b; }
+STILLREACH_INLINE Pack select(Mask where, Pack a, Pack b) { return choose(where, a, b); }
 
 STILLREACH_INLINE int lane_bits(Mask mask) {
 #if defined(__AVX2__)
@@ -25,8 +25,8 @@ STILLREACH_INLINE bool any(Mask mask) { return lane_bits(mask) != 0; }
 STILLREACH_INLINE bool all(Mask mask) { return lane_bits(mask) == 15; }
 
 // As larger(), smaller() and clamp() of scalar.hpp, NaN included.
-STILLREACH_INLINE Pack larger(Pack a, Pack b) { return a > b ? a : b; }
-STILLREACH_INLINE Pack smaller(Pack a, Pack b) { return a < b ? a : b; }
+STILLREACH_INLINE Pack larger(Pack a, Pack b) { return choose(a > b, a, b); }
+STILLREACH_INLINE Pack smaller(Pack a, Pack b) { return choose(a < b, a, b); }
 STILLREACH_INLINE Pack clamp(Pack a, Pack lower, Pack upper) { return larger(smaller(a, upper), lower); }
 STILLREACH_INLINE Mask is_finite(Pack a) { return a - a == zero_pack(); }
 
@@ -51,29 +51,34 @@ STILLREACH_INLINE void transpose(Pack& a, Pack& b, Pack& c, Pack& d) {
   b = STILLREACH_SHUFFLE(ba, dc, 0, 1, 4, 5), d = STILLREACH_SHUFFLE(ba, dc, 2, 3, 6, 7);
 }
 
-// to[i] = the i-th numbers of four vectors of `count`.
+// to[i] = the i-th numbers of four vectors of `count`. Four numbers each at a time; the last four may overlap those before.
 inline void load_lanes(const double* const* from, int count, Pack* to) {
-  int i = 0;
-  for (; i + 4 <= count; i += 4) {
+  if (count < 4) {
+    for (int i = 0; i < count; ++i) to[i] = Pack{from[0][i], from[1][i], from[2][i], from[3][i]};
+    return;
+  }
+  for (int next = 0; next < count; next += 4) {
+    const int i = next + 4 <= count ? next : count - 4;
     Pack a = load(from[0] + i), b = load(from[1] + i), c = load(from[2] + i), d = load(from[3] + i);
     transpose(a, b, c, d);
     to[i] = a, to[i + 1] = b, to[i + 2] = c, to[i + 3] = d;
   }
-  for (; i < count; ++i) to[i] = Pack{from[0][i], from[1][i], from[2][i], from[3][i]};
 }
 
 // The other way round, into the vectors of the lanes whose bit is set.
 inline void store_lanes(const Pack* from, int count, int lanes, double* const* to) {
-  int i = 0;
-  for (; i + 4 <= count; i += 4) {
+  if (count < 4) {
+    for (int l = 0; l < kLanes; ++l)
+      for (int i = 0; i < count && (lanes & 1 << l); ++i) to[l][i] = from[i][l];
+    return;
+  }
+  for (int next = 0; next < count; next += 4) {
+    const int i = next + 4 <= count ? next : count - 4;
     Pack p[4] = {from[i], from[i + 1], from[i + 2], from[i + 3]};
     transpose(p[0], p[1], p[2], p[3]);
     for (int l = 0; l < kLanes; ++l)
       if (lanes & 1 << l) store(to[l] + i, p[l]);
   }
-  for (; i < count; ++i)
-    for (int l = 0; l < kLanes; ++l)
-      if (lanes & 1 << l) to[l][i] = from[i][l];
 }
 
 STILLREACH_END

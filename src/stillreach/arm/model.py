@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -17,15 +17,16 @@ from stillreach._door import FloatArray
 from stillreach.arm.describe import describe, headline
 from stillreach.arm.dexterity import Asked, spectra
 from stillreach.arm.dh import DHRow, dh_chain
-from stillreach.arm.joint import KINDS, Joint
-from stillreach.arm.limits import limited, rate_limits
+from stillreach.arm.files import RobotFiles
+from stillreach.arm.joint import KINDS, Joint, named
+from stillreach.arm.limits import driven, limited
 from stillreach.arm.modules import module_chain
 from stillreach.arm.value import Value
 from stillreach.errors import InputError, UnknownJointError
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
-class Arm(Value):
+class Arm(RobotFiles, Value):
     """A serial chain of joints. Immutable: its arrays are read-only and ``with_...`` returns another arm.
 
     Args:
@@ -44,7 +45,7 @@ class Arm(Value):
     def __init__(self, joints: Iterable[Joint], *, tool: npt.ArrayLike | None = None, name: str = "arm") -> None:
         if not isinstance(name, str) or not name:
             raise InputError("name", _door.describe(name), "the arm's name (text, not empty)")
-        object.__setattr__(self, "joints", _named(joints))
+        object.__setattr__(self, "joints", named(joints))
         object.__setattr__(self, "tool", _door.pose("tool", np.eye(4) if tool is None else tool))
         object.__setattr__(self, "name", name)
 
@@ -75,7 +76,7 @@ class Arm(Value):
             InputError: another letter, two rolls in one segment, wrong lengths or limits.
         """
         joints, tool = module_chain(sequence, lengths)
-        return cls(_driven(joints, velocity_limits), tool=tool, name=name)
+        return cls(driven(joints, velocity_limits), tool=tool, name=name)
 
     @classmethod
     def from_dh(
@@ -103,7 +104,7 @@ class Arm(Value):
         """
         joints, last = dh_chain(rows, convention, base)
         end = last if tool is None else last @ _door.pose("tool", tool)
-        return cls(_driven(joints, velocity_limits), tool=end, name=name)
+        return cls(driven(joints, velocity_limits), tool=end, name=name)
 
     @property
     def n(self) -> int:
@@ -275,38 +276,6 @@ class Arm(Value):
 
     def __str__(self) -> str:
         return describe(self)
-
-
-def _named(joints: Any) -> tuple[Joint, ...]:
-    """The joints, each with a name, no name twice."""
-    expected = "one or more Joint, from the base on"
-    try:
-        chain = list(joints)
-    except TypeError:
-        raise InputError("joints", _door.describe(joints), expected) from None
-    if not chain:
-        raise InputError("joints", "none", expected)
-    for place, joint in enumerate(chain):
-        if not isinstance(joint, Joint):
-            raise InputError("joints", f"{_door.describe(joint)} at place {place}", expected)
-        if joint.name is None:
-            chain[place] = replace(joint, name=f"j{place + 1}")
-    names = [joint.name for joint in chain]
-    for place, name in enumerate(names):
-        if name in names[:place]:
-            raise InputError(
-                "joints",
-                f"the name {name!r} at places {names.index(name)} and {place}",
-                "a name of its own for each",
-            )
-    return tuple(chain)
-
-
-def _driven(joints: list[Joint], velocity_limits: npt.ArrayLike | None) -> Iterable[Joint]:
-    """The joints with a builder's ``velocity_limits``; None leaves them without."""
-    if velocity_limits is None:
-        return joints
-    return limited(joints, velocity=rate_limits("velocity_limits", velocity_limits, len(joints)))
 
 
 def _is_integer(value: Any) -> bool:

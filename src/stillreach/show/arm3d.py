@@ -13,6 +13,7 @@ from stillreach.arm import Arm
 from stillreach.show.style import SCREEN, Look, matplotlib_or_error
 
 SIDES = 20
+LEAST_LENGTH = 1e-6
 LINK, JOINT, FAILED = np.full(3, 0.92), np.full(3, 0.62), np.array([0.78, 0.16, 0.10])
 """Colours in full light."""
 
@@ -85,8 +86,6 @@ def path(ax: Any, points: npt.ArrayLike, *, look: Look = SCREEN, **line: Any) ->
 
 def fit(ax: Any, points: np.ndarray) -> None:
     """One scale on all three axes, around points (k, 3) in the figure's unit."""
-    from matplotlib.ticker import MultipleLocator
-
     least = 20 * _thickness(points)
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     half = np.maximum(np.ptp(points, axis=0) + least, 2 * least) / 2
@@ -94,7 +93,14 @@ def fit(ax: Any, points: np.ndarray) -> None:
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     ax.set_box_aspect(high - low, zoom=0.88)
     for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
-        axis.set_major_locator(MultipleLocator(_round_step(float(np.max(high - low)) / 4)))
+        axis.set_major_locator(round_ticks(high - low))
+
+
+def round_ticks(sides: np.ndarray) -> Any:
+    """A locator of round ticks, about four along the longest of the sides (3,)."""
+    from matplotlib.ticker import MultipleLocator
+
+    return MultipleLocator(_round_step(float(np.max(sides)) / 4))
 
 
 def _tube(start: np.ndarray, end: np.ndarray, radius: float) -> np.ndarray:
@@ -137,5 +143,6 @@ def _round_step(length: float) -> float:
 
 
 def _thickness(points: np.ndarray) -> float:
-    """Radius of a link, for an arm of this length."""
-    return 0.012 * float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    """Radius of a link, for an arm of this length; one whose joints are all in one place is drawn as if 1 m long."""
+    length = float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    return 0.012 * (length if length > LEAST_LENGTH else 1.0)
