@@ -24,7 +24,7 @@ inline void set_health(ControllerState& c, int joint, int health, double value) 
   c.bounds_stand = 0;
   if (!(c.transition_rate > 0.0)) return;
   c.transition = 1.0;
-  __builtin_memcpy(c.anchor, c.last, sizeof(double) * c.arm.n);
+  STILLREACH_LIBRARY(memcpy)(c.anchor, c.last, sizeof(double) * c.arm.n);
 }
 
 // The reference rates: null motion, return from outside the position limits, and after a fault the last rates.
@@ -69,7 +69,7 @@ inline void evaluate(ControllerState& c, const double* q, const double* twist, c
   for (int r = 0; r < 6; ++r) doubt += twist[r] - twist[r];
   if (target)
     for (int r = 0; r < 12; ++r) doubt += target[r] - target[r];
-  __builtin_memcpy(out.active, c.active, n);
+  STILLREACH_LIBRARY(memcpy)(out.active, c.active, n);
   out.plane = c.plane;
   if (doubt == 0.0) {
     kinematics(c.arm, q, c.scratch, c.pose, c.jacobian);
@@ -100,8 +100,8 @@ inline void evaluate(ControllerState& c, const double* q, const double* twist, c
 
 // Remembers what was commanded: the base of acceleration limits, warm starts and transitions.
 inline void commit(ControllerState& c, const double* rates, const std::int8_t* active) {
-  __builtin_memcpy(c.last, rates, sizeof(double) * c.arm.n);
-  __builtin_memcpy(c.active, active, c.arm.n);
+  STILLREACH_LIBRARY(memcpy)(c.last, rates, sizeof(double) * c.arm.n);
+  STILLREACH_LIBRARY(memcpy)(c.active, active, c.arm.n);
   c.transition = c.transition > 0.0 ? larger(c.transition - c.period * c.transition_rate, 0.0) : 0.0;
 }
 

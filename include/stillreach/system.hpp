@@ -18,8 +18,8 @@ struct System {
 
 STILLREACH_INLINE double power_of_two_near(double a) {
   int e = 0;
-  (void)__builtin_frexp(a, &e);
-  return __builtin_ldexp(1.0, e - 1);
+  (void)STILLREACH_LIBRARY(frexp)(a, &e);
+  return STILLREACH_LIBRARY(ldexp)(1.0, e - 1);
 }
 
 // 1 where `a` may be squared and summed, else the power of two to divide by.

@@ -2,8 +2,7 @@
 // Memory is the caller's: the core allocates nothing.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
+#include "config.hpp"
 
 namespace stillreach {
 
