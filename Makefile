@@ -40,8 +40,9 @@ format: $(STAMPS)/test  ## let ruff put the Python files in order
 	$(BIN)/ruff check --fix $(LINTED)
 	$(BIN)/ruff format $(LINTED)
 
-bench: dev  ## time a tick from Python, with ratios to what others do
+bench: dev  ## time a tick and a batch from Python, with ratios to what others do and what the machine can
 	$(BIN)/python -m bench.tick
+	$(BIN)/python -m bench.batch
 
 bench-peers: $(STAMPS)/wheel .venv-peers/installed  ## time stillreach beside its peers, into README.md; ARGS="--help" for more
 	.venv-peers/bin/pip install -q --no-deps --force-reinstall build/wheel/stillreach-*.whl
