@@ -79,6 +79,12 @@ def test_names_that_xml_cannot_hold_are_refused(name):
         sr.Arm([sr.Joint(name=name)]).to_urdf()
 
 
+def test_a_name_as_long_as_the_reader_takes_comes_back():
+    name = "j" * 1000
+    arm = sr.Arm([sr.Joint(name=name, kind="revolute", axis=(0.0, 0.0, 1.0))])
+    assert sr.Arm.from_urdf(arm.to_urdf()).joint_names == (name,)
+
+
 def test_a_file_is_written(tmp_path):
     arm = sr.arms.canadarm2()
     path = tmp_path / "canadarm2.urdf"

@@ -51,6 +51,16 @@ def test_a_table_of_no_known_kind_does_not_hide_its_other_mistakes(mistakes):
     assert found["faults[0].kind"].hint == "did you mean 'locked'?"
 
 
+def test_a_text_for_the_duration_of_a_motion_of_no_known_kind_is_not_added_up(mistakes):
+    text = PLANAR.replace('"twist"', "true").replace("duration = 1", 'duration = "x"')
+    assert "motion[0].kind" in mistakes(text)
+
+
+def test_a_largest_rate_that_is_nothing_in_radians_is_refused(mistakes):
+    tables = '[units]\nangle = "degree"\n[null_motion]\nkind = "manipulability"\nmax_rate = 5e-324\n'
+    assert mistakes(planar(tables=tables)).keys() == {"null_motion.max_rate"}
+
+
 @pytest.mark.parametrize(
     ("text", "place", "words"),
     [

@@ -100,7 +100,11 @@ def null_motion_of(reading: Reading, arm: Arm) -> NullMotion | None:
     if "max_rate" in table:
         settings["max_rate"] = table["max_rate"] * reading.units.largest_rate(arm.kinds)
     settings |= {key: vector for key, vector in vectors.items() if vector is not None}
-    motion: NullMotion = kind(**settings)
+    try:
+        motion: NullMotion = kind(**settings)
+    except InputError as error:  # a max_rate so small that it is 0 in radians
+        reading.refused(("null_motion",), error)
+        return None
     return motion
 
 
