@@ -131,9 +131,9 @@ __all__ = [
     "Waypoints",
     "Weights",
     "arms",
+    "rollout_batch",
     "scenario_names",
     "scenario_schema",
-    "rollout_batch",
     "simulate",
     "solve_batch",
 ]

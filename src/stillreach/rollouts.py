@@ -19,6 +19,7 @@ from stillreach.laws import Law
 from stillreach.task import Task
 
 INTEGRATORS = ("euler", "rk4")
+MOST_STEPS = 10**12
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +71,9 @@ def rollout_batch(
 ) -> BatchRollout:
     """Advances N scenarios of one arm together: each step ``solve_batch``, then the joints move at its rates.
 
-    The arm's position and acceleration limits narrow the bounds as a Controller's do. A fault with an onset is a rollout
-    up to it, and another from ``final_q`` and ``final_rates`` with the bounds after it. Answers do not depend on threads.
+    The arm's position and acceleration limits narrow the bounds as a Controller's do. A fault with an onset is a
+    rollout up to it, and another from ``final_q`` and ``final_rates`` with the bounds after it. Answers do not depend
+    on threads. Rows that are no question (a NaN, bounds that leave no rate) get INVALID_INPUT and stop no other row.
 
     Args:
         arm: the arm.
@@ -90,7 +92,7 @@ def rollout_batch(
         threads: as of ``solve_batch``.
 
     Raises:
-        InputError: an argument of another shape or type.
+        InputError: an argument of another shape or type, a shared one with a NaN, or records beyond the memory.
     """
     if not isinstance(arm, Arm):
         raise InputError("arm", _door.describe(arm), "stillreach.Arm")
@@ -98,7 +100,7 @@ def rollout_batch(
         raise InputError("law", _door.describe(law), "a law, such as stillreach.LeastError()")
     metric, model, asked = task_of(arm, law, task)
     points = _matrix("start", start, None, arm.n)
-    count, total, interval = len(points), _door.count("steps", steps), _door.count("every", every)
+    count, total, interval = len(points), _steps("steps", steps), _steps("every", every)
     commands, strides = _commands(twist, count, total)
     given: dict[str, Any] = {"start": points, "twist": commands}
     given["lower"], given["upper"] = bounds_of_rows(bounds, count, arm.n)
@@ -128,6 +130,14 @@ def rollout_batch(
     return BatchRollout(**answers)
 
 
+def _steps(name: str, value: Any) -> int:
+    """A number of steps."""
+    number = _door.count(name, value)
+    if number > MOST_STEPS:
+        raise InputError(name, str(number), f"an integer from 1 to {MOST_STEPS}")
+    return number
+
+
 def _matrix(name: str, value: Any, count: int | None, n: int) -> FloatArray:
     """(N, n) as it is."""
     expected = f"an array ({'N' if count is None else count}, {n})"
@@ -149,6 +159,8 @@ def _commands(twist: Any, count: int, steps: int) -> tuple[FloatArray, tuple[int
     }.get(array.shape)
     if strides is None:
         raise InputError("twist", _door.describe(array), expected)
+    if strides[0] == 0 and not np.isfinite(array).all():
+        raise InputError("twist", _door.describe(array), "finite numbers where all rows share them")
     return array.reshape(-1), strides
 
 
@@ -165,5 +177,8 @@ def _answers(record: str | Iterable[str], count: int, records: int, n: int) -> d
     for name in (record,) if isinstance(record, str) else tuple(record):
         _door.choice("record", name, RECORDS)
         shape = (count, records, n) if name in ("q", "rates") else (count, records)
-        answers[name] = np.empty(shape, dtype=np.int32 if name == "status" else np.float64)
+        try:
+            answers[name] = np.empty(shape, dtype=np.int32 if name == "status" else np.float64)
+        except (MemoryError, ValueError):
+            raise InputError("record", f"{name} of {shape} numbers", "what the memory holds: a larger every") from None
     return answers
