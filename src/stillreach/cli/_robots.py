@@ -50,6 +50,7 @@ def load_arm(robot: str, *, tip: str | None, base: str | None, fixed: dict[str, 
         RobotFileError: the file cannot be read as an arm.
     """
     from stillreach.arm import Arm
+
     arm = built_in(robot)
     if arm is not None:
         for option, given in (("--tip", tip), ("--base", base), ("--fixed", fixed)):
