@@ -11,7 +11,7 @@ LINTED := $(wildcard src tests examples bench scripts docs)
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test bench lint cpp-test pytest wheel dev format requirements clean help check-tools
+.PHONY: demo test bench instructions lint cpp-test pytest wheel dev format requirements clean help check-tools
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -42,6 +42,11 @@ format: $(STAMPS)/test  ## let ruff put the Python files in order
 
 bench: dev  ## time a tick from Python, with ratios to what others do
 	$(BIN)/python bench/tick.py
+
+instructions: $(STAMPS)/build  ## count the instructions of every kind of tick and store them (needs valgrind)
+	$(CMAKE) -S . -B build/cpp -G Ninja -DSTILLREACH_TESTS=ON >/dev/null
+	$(CMAKE) --build build/cpp --target ticks
+	$(BIN)/python bench/instructions.py --store build/cpp/tests/cpp/ticks
 
 wheel: $(STAMPS)/all $(STAMPS)/wheel  ## build the wheel and install it into .venv
 
