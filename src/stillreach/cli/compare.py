@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -78,13 +79,16 @@ def compare(
 
 def _results(scenario: Scenario, laws: dict[str, Law], allowed: tuple[float | None, float | None]) -> dict[str, Result]:
     """Scenario, run and summary by law, up to Ctrl-C."""
+    from stillreach.cli._terminal import note
     from stillreach.cli.run import simulated
 
     results: dict[str, Result] = {}
-    for name, law in laws.items():
+    for place, (name, law) in enumerate(laws.items(), start=1):
         variant = replace(scenario, law=law)
+        if sys.stderr.isatty():
+            note(f"{place} of {len(laws)}: {name}")
         try:
-            run, summary = simulated(variant, allowed, label=name)
+            run, summary = simulated(variant, allowed)
         except KeyboardInterrupt:  # not one tick of this one
             if not results:
                 raise

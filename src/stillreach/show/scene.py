@@ -54,7 +54,8 @@ def commanded_path(ax: Any, goal: Commanded) -> None:
 def fit(ax: Any, points: FloatArray) -> None:
     """One scale on all three axes, around points (k, 3), no side shorter than a third of the longest."""
     low, high = points.min(axis=0), points.max(axis=0)
-    half = np.maximum(high - low, np.max(high - low) / 3) * 0.54
+    longest = float(np.max(high - low))
+    half = np.maximum(high - low, longest / 3 if longest > arm3d.LEAST_LENGTH else 0.1) * 0.54
     middle = (low + high) / 2
     low, high = middle - half, middle + half
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
