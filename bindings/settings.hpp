@@ -50,4 +50,5 @@ void bind_settings(nb::module_& m);
 void bind_arm(nb::module_& m);
 void bind_solution(nb::module_& m);
 void bind_solve(nb::module_& m);
+void bind_batch(nb::module_& m);
 void bind_controller(nb::module_& m);

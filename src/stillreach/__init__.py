@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from stillreach._core import Solution
     from stillreach.arm import Arm, DHRow, Joint
     from stillreach.arm import catalogue as arms
+    from stillreach.batch import BatchSolution, solve_batch
     from stillreach.bounds import Bounds
     from stillreach.control import Centring, Controller, Gradient, Manipulability, NullMotion, Posture, Rates
     from stillreach.errors import (
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from stillreach.faults import Derated, Fault, Locked, Runaway
     from stillreach.insight import Check
     from stillreach.laws import KeepDirection, Law, LeastError, Pseudoinverse, SingularityRobust
+    from stillreach.rollouts import BatchRollout, rollout_batch
     from stillreach.simulate import (  # type: ignore[no-redef]
         Circle,
         Line,
@@ -49,6 +51,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "_core": ("Solution",),
     "arm": ("Arm", "DHRow", "Joint"),
+    "batch": ("BatchSolution", "solve_batch"),
     "bounds": ("Bounds",),
     "control": ("Centring", "Controller", "Gradient", "Manipulability", "NullMotion", "Posture", "Rates"),
     "errors": (
@@ -64,6 +67,7 @@ _HOMES = {
     "faults": ("Derated", "Fault", "Locked", "Runaway"),
     "insight": ("Check",),
     "laws": ("KeepDirection", "Law", "LeastError", "Pseudoinverse", "SingularityRobust"),
+    "rollouts": ("BatchRollout", "rollout_batch"),
     "simulate": (
         "Circle",
         "Line",
@@ -83,6 +87,8 @@ _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Arm",
+    "BatchRollout",
+    "BatchSolution",
     "Bounds",
     "Centring",
     "Check",
@@ -127,7 +133,9 @@ __all__ = [
     "arms",
     "scenario_names",
     "scenario_schema",
+    "rollout_batch",
     "simulate",
+    "solve_batch",
 ]
 
 

@@ -15,6 +15,7 @@ from stillreach import _door
 from stillreach._core import ArmModel
 from stillreach._door import FloatArray
 from stillreach.arm.describe import describe, headline
+from stillreach.arm.dexterity import Asked, spectra
 from stillreach.arm.dh import DHRow, dh_chain
 from stillreach.arm.files import RobotFiles
 from stillreach.arm.joint import KINDS, Joint, named
@@ -178,6 +179,37 @@ class Arm(RobotFiles, Value):
             InputError: another shape, not numbers, NaN or infinite.
         """
         return self._each(self.model.jacobian, q, (6, self.n))
+
+    def singular_values(
+        self, q: npt.ArrayLike, task: Asked | None = None, *, joints: Iterable[str | int] | None = None
+    ) -> FloatArray:
+        """How fast unit joint rates move the tool: from the direction served best to the one served worst.
+
+        Args:
+            q: (..., n) joint values [rad] or [m].
+            task: rows, axes, point and weights; None: all six rows at the arm's tool, in metres and radians.
+            joints: k names or indices of the joints that work; None: all.
+
+        Returns:
+            (..., min(m, k)) singular values of these joints' weighted Jacobian, falling.
+
+        Raises:
+            InputError: another shape, not numbers, NaN or infinite; a joint twice.
+            UnknownJointError: the arm has no such joint.
+        """
+        return spectra(self, q, task, joints, product=False)
+
+    def manipulability(
+        self, q: npt.ArrayLike, task: Asked | None = None, *, joints: Iterable[str | int] | None = None
+    ) -> FloatArray:
+        """The root of det(J Jᵀ) of the weighted Jacobian: the product of its m singular values (Yoshikawa, 1985).
+
+        Arguments and errors are those of ``singular_values``.
+
+        Returns:
+            (...,) array; 0 where a direction of the task is lost, as with fewer joints than rows.
+        """
+        return spectra(self, q, task, joints, product=True)
 
     def joint_index(self, joint: str | int) -> int:
         """0-based index of a joint.
