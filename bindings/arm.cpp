@@ -1,8 +1,26 @@
+#include <algorithm>
 #include <cstring>
 
 #include "settings.hpp"
 
-static void make_arm(Arm* self, nb::handle kinds, nb::handle placements, nb::handle axes, nb::handle tool) {
+// Whom each of the chain's joints follows; without followers each follows itself, and nothing is kept.
+static void couple(Arm& arm, nb::handle leaders, nb::handle factors, nb::handle offsets) {
+  if (leaders.is_none()) return;
+  const int moved = arm.n;
+  arm.n = 0;
+  for (nb::handle leader : nb::iter(leaders)) {
+    arm.leaders.push_back(nb::cast<int>(nb::int_(leader)));
+    if (arm.leaders.back() < 0 || arm.leaders.back() >= moved) refuse("leaders", describe(leaders), "indices of joints");
+    arm.n = std::max(arm.n, arm.leaders.back() + 1);
+  }
+  arm.factors.resize(moved), arm.offsets.resize(moved);
+  read_vector("factors", factors, moved, arm.factors.data());
+  read_vector("offsets", offsets, moved, arm.offsets.data());
+  if (static_cast<int>(arm.leaders.size()) != moved) refuse("leaders", describe(leaders), std::to_string(moved) + " of them");
+}
+
+static void make_arm(Arm* self, nb::handle kinds, nb::handle placements, nb::handle axes, nb::handle tool, nb::handle leaders,
+                     nb::handle factors, nb::handle offsets) {
   View poses, directions, end = strict("tool", tool, {4, 4}, false);
   const long n = poses.open(placements) && poses.ndim() == 3 ? poses.size(0) : -1;
   View checked = strict("placements", placements, {n < 1 ? 1 : n, 4, 4}, false);
@@ -13,8 +31,10 @@ static void make_arm(Arm* self, nb::handle kinds, nb::handle placements, nb::han
   std::vector<std::int8_t> kind;
   for (nb::handle k : nb::iter(kinds)) kind.push_back(static_cast<std::int8_t>(nb::cast<int>(nb::int_(k))));
   if (static_cast<long>(kind.size()) != n) refuse("kinds", describe(kinds), std::to_string(n) + " kinds (0 revolute, 1 prismatic)");
-  new (self) Arm{static_cast<int>(n), std::vector<double>(12 * (n + 1)), std::move(kind)};
-  kernel().align_axes(self->n, all.data(), axis.data(), self->placements.data());
+  Arm arm{static_cast<int>(n), std::vector<double>(12 * (n + 1)), std::move(kind), {}, {}, {}, {}};
+  kernel().align_axes(arm.n, all.data(), axis.data(), arm.placements.data());
+  couple(arm, leaders, factors, offsets);
+  new (self) Arm(std::move(arm));
 }
 
 // Runs the kinematics on each row of q (N, n); writes poses (N, 4, 4) or Jacobians (N, 6, n).
@@ -23,7 +43,7 @@ static nb::object each_row(const Arm& arm, nb::handle q, bool want_jacobian) {
   const long count = rows.size(0), n = arm.n;
   nb::object out = new_array(want_jacobian ? nb::object(nb::make_tuple(count, 6, n)) : nb::object(nb::make_tuple(count, 4, 4)));
   View to = strict("out", out, {count, want_jacobian ? 6 : 4, want_jacobian ? n : 4}, true);
-  std::vector<double> scratch(2 * n), jacobian(6 * n + 2);
+  std::vector<double> scratch(arm.scratch()), jacobian(6 * n + 2);
   const stillreach::ArmView view = arm.view();
   for (long row = 0; row < count; ++row) {
     double pose[12];
@@ -42,8 +62,10 @@ static nb::object each_row(const Arm& arm, nb::handle q, bool want_jacobian) {
 void bind_arm(nb::module_& m) {
   nb::class_<Arm>(m, "ArmModel", "A serial chain, as the core reads it.")
       .def("__init__", &make_arm, nb::arg("kinds"), nb::arg("placements"), nb::arg("axes"), nb::arg("tool"),
+           nb::arg("leaders") = nb::none(), nb::arg("factors") = nb::none(), nb::arg("offsets") = nb::none(),
            "kinds (n,) 0 revolute, 1 prismatic; placements (n, 4, 4) of the joint frames seen from what the joint before moves; "
-           "axes (n, 3) unit vectors in the joint frames; tool (4, 4).")
+           "axes (n, 3) unit vectors in the joint frames; tool (4, 4). With leaders (n,) of these joints joint a is at "
+           "factors[a] q[leaders[a]] + offsets[a], and the arm has as many joints as there are leaders.")
       .def_prop_ro("n", [](const Arm& a) { return a.n; }, "Number of joints.")
       .def("forward", [](const Arm& a, nb::handle q) { return each_row(a, q, false); }, nb::arg("q"),
            nb::sig("def forward(self, q: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]"),

@@ -2,19 +2,11 @@
 #pragma once
 
 #include "controller_state.hpp"
+#include "coupled.hpp"
 #include "inner.hpp"
 #include "system.hpp"
 
 STILLREACH_BEGIN
-
-STILLREACH_INLINE void cross_add(const double* a, const double* b, double* sum) {
-  for (int r = 0; r < 3; ++r) {
-    const int s = (r + 1) % 3, t = (r + 2) % 3;
-    sum[r] += madd(a[s], b[t], -(a[t] * b[s]));
-  }
-}
-
-STILLREACH_INLINE double dot3(const double* a, const double* b) { return madd(a[0], b[0], madd(a[1], b[1], a[2] * b[2])); }
 
 // Column j of the map from the task rows back to base axes: forces along the task rows become a 6-vector [f; t].
 template <int M>
@@ -62,6 +54,11 @@ inline void manipulability_gradient(Rows<M> m, const ControllerState& c, Workspa
     rows_to_base(m, c, weighted, force + 6 * j);
     cross_add(c.jacobian + 6 * i, force + 6 * j, total);
     cross_add(c.jacobian + 6 * i + 3, force + 6 * j + 3, total);
+  }
+  if (c.arm.coupling) {
+    const double none[3] = {0, 0, 0};
+    coupled_gradient(c.arm, c.scratch, force, w.joint, k, total, c.tool_axes ? total : none, gradient);
+    return;
   }
   double suffix[3] = {total[0], total[1], total[2]};
   for (int j = 0; j < k; ++j) {  // suffix: over this joint and those after it; prefix: over those before
