@@ -45,7 +45,7 @@ bench: dev  ## time a tick from Python, with ratios to what others do
 
 wheel: $(STAMPS)/all $(STAMPS)/wheel  ## build the wheel and install it into .venv
 
-dev: $(STAMPS)/test $(STAMPS)/wheel  ## everything that working on the code needs, in .venv
+dev: $(STAMPS)/test $(STAMPS)/robots $(STAMPS)/wheel  ## everything that working on the code needs, in .venv
 
 # The pinned requirements, from pyproject.toml and requirements/build.in.
 requirements: export CUSTOM_COMPILE_COMMAND := make requirements
@@ -75,6 +75,11 @@ $(STAMPS)/venv: | check-tools
 $(STAMPS)/build $(STAMPS)/all $(STAMPS)/test: $(STAMPS)/%: requirements/%.txt $(STAMPS)/venv
 	@echo "installing $< into .venv"
 	$(BIN)/pip install -q -r $<
+	touch $@
+
+$(STAMPS)/robots: requirements/robots.txt $(STAMPS)/venv
+	@echo "installing $< into .venv: robots that the tests read, about 510 MB to download"
+	$(BIN)/pip install -q --no-deps -r $<
 	touch $@
 
 $(STAMPS)/wheel: $(SOURCES) $(STAMPS)/build | check-tools

@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 import stillreach as sr
+from tests.robots.catalogue import ROBOTS
 from tests.unit.arm.odd_arms import ODD_ARMS
 
 INF = np.inf
@@ -52,10 +53,11 @@ LAWS = {
 
 @dataclass(frozen=True)
 class Subject:
-    """An arm and the rows of [v; w] that are its task."""
+    """An arm and the rows of [v; w] that are its task; one in `sample` pairings of fault and limit is tried."""
 
     make: Callable[[], sr.Arm]
     rows: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
+    sample: int = 1
 
 
 ARMS = {
@@ -71,6 +73,9 @@ ARMS = {
     "mounted": Subject(ODD_ARMS["mounted"]),
     "one slide": Subject(ODD_ARMS["one slide"], rows=(1,)),
 }
+
+SUBJECTS = ARMS | {name: Subject(robot.make, sample=8) for name, robot in ROBOTS.items()}
+"""The arms, and robots that nobody here wrote."""
 
 
 def _fixed(choose, rate=0.0):

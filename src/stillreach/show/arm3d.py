@@ -85,8 +85,6 @@ def path(ax: Any, points: npt.ArrayLike, *, look: Look = SCREEN, **line: Any) ->
 
 def fit(ax: Any, points: np.ndarray) -> None:
     """One scale on all three axes, around points (k, 3) in the figure's unit."""
-    from matplotlib.ticker import MultipleLocator
-
     least = 20 * _thickness(points)
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     half = np.maximum(np.ptp(points, axis=0) + least, 2 * least) / 2
@@ -94,7 +92,14 @@ def fit(ax: Any, points: np.ndarray) -> None:
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     ax.set_box_aspect(high - low, zoom=0.88)
     for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
-        axis.set_major_locator(MultipleLocator(_round_step(float(np.max(high - low)) / 4)))
+        axis.set_major_locator(round_ticks(high - low))
+
+
+def round_ticks(sides: np.ndarray) -> Any:
+    """A locator of round ticks, about four along the longest of the sides (3,)."""
+    from matplotlib.ticker import MultipleLocator
+
+    return MultipleLocator(_round_step(float(np.max(sides)) / 4))
 
 
 def _tube(start: np.ndarray, end: np.ndarray, radius: float) -> np.ndarray:

@@ -53,7 +53,7 @@ def test_wrong_usage_exits_with_2(arguments: list[str]) -> None:
 
 def test_a_refused_input_is_one_line(tmp_path: Path) -> None:
     done = stillreach("paper", "--out", tmp_path, "--step", "-1")
-    assert done.returncode == 1
+    assert done.returncode == 2
     assert done.stderr.startswith("stillreach: ")
     assert len(done.stderr.splitlines()) == 1
     assert "step" in done.stderr
