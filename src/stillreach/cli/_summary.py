@@ -39,14 +39,14 @@ def facts(scenario: Scenario, run: Run, found: Summary) -> dict[str, Any]:
         "interrupted": found.interrupted,
         "end": found.end,
         "ticks": len(run),
-        "goal_distance": found.goal_distance,
-        "goal_angle": found.goal_angle,
-        "allowed_distance": found.allowed_distance,
-        "allowed_angle": found.allowed_angle,
+        "goal_distance": found.goal_distance if found.linear else None,
+        "goal_angle": found.goal_angle if found.angular else None,
+        "allowed_distance": found.allowed_distance if found.linear else None,
+        "allowed_angle": found.allowed_angle if found.angular else None,
         "way": found.way,
         "turn": found.turn,
-        "largest_distance": _peak(found.distance),
-        "largest_angle": _peak(found.angle),
+        "largest_distance": _peak(found.distance) if found.linear else None,
+        "largest_angle": _peak(found.angle) if found.angular else None,
         "largest_task_error": _peak(found.task_error),
         "largest_rate": {
             "joint": found.rate_joint,
@@ -81,13 +81,19 @@ def print_summary(scenario: Scenario, run: Run, found: Summary) -> None:
 
 def verdict(found: Summary) -> str:
     """Did the tool arrive?"""
-    from stillreach.show.words import shown_angle, shown_length
-
     if found.interrupted:
         return f"interrupted at {found.end:g} s"
-    away = f"{shown_length(found.goal_distance)}, {shown_angle(found.goal_angle)} from the goal"
-    allowed = f"allowed: {shown_length(found.allowed_distance)}, {shown_angle(found.allowed_angle)}"
-    return f"{'yes' if found.finished else 'NO'}, {away} ({allowed})"
+    away = apart(found, found.goal_distance, found.goal_angle)
+    allowed = apart(found, found.allowed_distance, found.allowed_angle)
+    return f"{'yes' if found.finished else 'NO'}, {away} from the goal (allowed: {allowed})"
+
+
+def apart(found: Summary, distance: float, angle: float) -> str:
+    """A distance [m] and an angle [rad], each where the task asks for it."""
+    from stillreach.show.words import shown_angle, shown_length
+
+    parts = [shown_length(distance)] if found.linear else []
+    return ", ".join([*parts, shown_angle(angle)] if found.angular else parts)
 
 
 def worst_rate(scenario: Scenario, found: Summary) -> str:
@@ -104,23 +110,21 @@ def worst_rate(scenario: Scenario, found: Summary) -> str:
 def _deviations(found: Summary) -> list[tuple[str, str]]:
     from stillreach.show.words import shown_angle, shown_length, tidy
 
-    far = f"{shown_length(found.distance.value)} at {found.distance.time:g} s"
-    turned = f"{shown_angle(found.angle.value)} at {found.angle.time:g} s"
+    far = [f"{shown_length(found.distance.value)} at {found.distance.time:g} s"] if found.linear else []
+    far += [f"{shown_angle(found.angle.value)} at {found.angle.time:g} s"] if found.angular else []
     error = f"{tidy(found.task_error.value)} (weighted twist) at {found.task_error.time:g} s"
-    return [("farthest off", f"{far}; {turned}"), ("task error", error)]
+    return [("farthest off", "; ".join(far)), ("task error", error)]
 
 
 def fault_lines(scenario: Scenario) -> list[str]:
     """What fails when, a line for each kind and time."""
-    from stillreach.show.moments import fault_text
+    from stillreach.show.moments import fault_groups
 
-    found: dict[str, list[str]] = {}
-    for fault in scenario.faults:
-        joint, _, what = fault_text(scenario, fault).partition(" ")
+    lines = []
+    for text, fault in fault_groups(scenario):
         since = f"from {fault.at:g} s on" if fault.at else "from the start"
-        until = "" if fault.until is None else f", until {fault.until:g} s"
-        found.setdefault(f"{what} {since}{until}", []).append(joint)
-    return [f"{', '.join(joints)} {text}" for text, joints in found.items()] or ["none"]
+        lines.append(f"{text} {since}{'' if fault.until is None else f', until {fault.until:g} s'}")
+    return lines or ["none"]
 
 
 def _statuses(found: Summary) -> str:

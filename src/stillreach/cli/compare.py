@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -78,13 +79,16 @@ def compare(
 
 def _results(scenario: Scenario, laws: dict[str, Law], allowed: tuple[float | None, float | None]) -> dict[str, Result]:
     """Scenario, run and summary by law, up to Ctrl-C."""
+    from stillreach.cli._terminal import note
     from stillreach.cli.run import simulated
 
     results: dict[str, Result] = {}
-    for name, law in laws.items():
+    for place, (name, law) in enumerate(laws.items(), start=1):
         variant = replace(scenario, law=law)
+        if sys.stderr.isatty():
+            note(f"{place} of {len(laws)}: {name}")
         try:
-            run, summary = simulated(variant, allowed, label=name)
+            run, summary = simulated(variant, allowed)
         except KeyboardInterrupt:  # not one tick of this one
             if not results:
                 raise
@@ -106,9 +110,9 @@ def _facts(scenario: Scenario, results: dict[str, Result]) -> dict[str, Any]:
 
 
 def _print(scenario: Scenario, results: dict[str, Result]) -> None:
-    from stillreach.cli._summary import fault_lines
+    from stillreach.cli._summary import apart, fault_lines
     from stillreach.cli._terminal import console, table
-    from stillreach.show.words import shown_angle, shown_length, tidy
+    from stillreach.show.words import tidy
 
     out = console()
     out.print(scenario.name or scenario.arm.name, style="bold")
@@ -120,8 +124,8 @@ def _print(scenario: Scenario, results: dict[str, Result]) -> None:
         made.add_row(
             name,
             arrived,
-            f"{shown_length(found.goal_distance)}, {shown_angle(found.goal_angle)}",
-            f"{shown_length(found.distance.value)}, {shown_angle(found.angle.value)}",
+            apart(found, found.goal_distance, found.goal_angle),
+            apart(found, found.distance.value, found.angle.value),
             "no limit" if found.rate is None else f"{tidy(100 * found.rate.value)} %",
             style=None if found.finished else "red",
         )

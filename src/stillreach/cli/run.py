@@ -75,28 +75,23 @@ def run(
         raise typer.Exit(NOT_FINISHED)
 
 
-def simulated(
-    scenario: Scenario, allowed: tuple[float | None, float | None], *, label: str | None = None
-) -> tuple[Run, Summary]:
+def simulated(scenario: Scenario, allowed: tuple[float | None, float | None]) -> tuple[Run, Summary]:
     """The run, whole or up to Ctrl-C, and its summary.
 
     Args:
         scenario: what to run.
         allowed: distance [m] and angle [rad] at which the tool has arrived; None: the default.
-        label: what the progress bar says; None is the scenario's name.
 
     Raises:
         SimulationInterrupted: Ctrl-C before the first tick.
     """
-    from dataclasses import replace
-
     from stillreach.cli._terminal import note
     from stillreach.errors import SimulationInterrupted
     from stillreach.simulate import simulate
     from stillreach.simulate.summary import summary
 
     try:
-        record = simulate(scenario if label is None else replace(scenario, name=label))
+        record = simulate(scenario)
     except SimulationInterrupted as interrupt:
         record = interrupt.run
         if not len(record):

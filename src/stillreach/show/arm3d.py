@@ -14,6 +14,7 @@ from stillreach.arm.placements import moved
 from stillreach.show.style import SCREEN, Look, matplotlib_or_error
 
 SIDES = 20
+LEAST_LENGTH = 1e-6
 LINK, JOINT, FAILED = np.full(3, 0.92), np.full(3, 0.62), np.array([0.78, 0.16, 0.10])
 """Colours in full light."""
 
@@ -145,5 +146,6 @@ def _round_step(length: float) -> float:
 
 
 def _thickness(points: np.ndarray) -> float:
-    """Radius of a link, for an arm of this length."""
-    return 0.012 * float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    """Radius of a link, for an arm of this length; one whose joints are all in one place is drawn as if 1 m long."""
+    length = float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    return 0.012 * (length if length > LEAST_LENGTH else 1.0)

@@ -10,10 +10,9 @@ import numpy as np
 from stillreach._door import FloatArray
 from stillreach.show import arm3d
 from stillreach.show.moments import label_rows, mark, moments
-from stillreach.show.outcome import LEAST_DEG, LEAST_MM, LINES, aside
+from stillreach.show.outcome import LEAST_DEG, LEAST_MM, LINES, aside, ends_off
 from stillreach.show.scene import commanded_path, drawn_ticks, fit
 from stillreach.show.style import styled
-from stillreach.show.words import shown_angle, shown_length
 from stillreach.simulate import Run, Scenario
 from stillreach.simulate.commanded import Commanded, commanded, deviation
 from stillreach.simulate.held import rate_shares
@@ -75,8 +74,6 @@ def comparison(results: Mapping[str, Result]) -> Figure:
 
 def _panels(results: Mapping[str, Result], goal: Commanded) -> list[tuple[str, list[Curve], float]]:
     """Name, curves and least height of each panel."""
-    task = next(iter(results.values()))[0].task
-    assert task is not None
     distances, angles, shares, largest = [], [], [], []
     for scenario, run, _ in results.values():
         ticks, distance, angle = deviation(scenario, run, goal)
@@ -86,9 +83,10 @@ def _panels(results: Mapping[str, Result], goal: Commanded) -> list[tuple[str, l
         shares.append((run.time[ticks], 100 * np.max(rate_shares(scenario, run), axis=1)[ticks]))
         largest.append((run.time[ticks], np.rad2deg(np.max(np.abs(run.rates), axis=1))[ticks]))
     panels = []
-    if min(task.indices) < 3:
+    found = next(iter(results.values()))[2]
+    if found.linear:
         panels.append(("off target [mm]", distances, LEAST_MM))
-    if max(task.indices) >= 3:
+    if found.angular:
         panels.append(("off target [deg]", angles, LEAST_DEG))
     if any(np.any(share) for _, share in shares):
         panels.append(("largest rate [% of its limit]", shares, 105.0))
@@ -126,7 +124,7 @@ def _verdict(found: Summary) -> str:
         return f"interrupted at {found.end:g} s"
     if found.finished:
         return "arrived"
-    return f"ends {shown_length(found.goal_distance)}, {shown_angle(found.goal_angle)} off"
+    return f"ends {ends_off(found)} off"
 
 
 def _scene(ax: Any, results: Mapping[str, Result], goal: Commanded) -> None:

@@ -42,16 +42,30 @@ def fault_text(scenario: Scenario, fault: Fault) -> str:
     return f"{name} locked"
 
 
+def fault_groups(scenario: Scenario) -> list[tuple[str, Fault]]:
+    """Faults in words, those of one kind and time together: ``j2, j4 locked``, each with the first of them."""
+    found: dict[tuple[str, float, float | None], tuple[list[str], Fault]] = {}
+    for fault in scenario.faults:
+        joint, _, what = fault_text(scenario, fault).partition(" ")
+        found.setdefault((what, fault.at, fault.until), ([], fault))[0].append(joint)
+    return [(f"{', '.join(joints)} {what}", fault) for (what, _, _), (joints, fault) in found.items()]
+
+
 def moments(scenario: Scenario, end: float) -> list[Moment]:
     """What changes up to a time [s], in order; what changes at one time is one moment."""
-    found: dict[tuple[float, bool], list[str]] = {}
-    for fault in scenario.faults:
+    failing: dict[float, list[str]] = {}
+    working: dict[float, list[str]] = {}
+    for text, fault in fault_groups(scenario):
         if fault.at <= end:
-            found.setdefault((fault.at, False), []).append(fault_text(scenario, fault))
+            failing.setdefault(fault.at, []).append(text)
+    for fault in scenario.faults:
         if fault.until is not None and fault.until <= end:
             name = scenario.arm.joint_names[scenario.arm.joint_index(fault.joint)]
-            found.setdefault((fault.until, True), []).append(f"{name} works again")
-    return [Moment(time, ", ".join(texts), better) for (time, better), texts in sorted(found.items())]
+            working.setdefault(fault.until, []).append(name)
+    found = [Moment(time, ", ".join(texts)) for time, texts in failing.items()]
+    for time, names in working.items():
+        found.append(Moment(time, f"{', '.join(names)} work{'s' if len(names) == 1 else ''} again", better=True))
+    return sorted(found, key=lambda moment: moment.time)
 
 
 def mark(ax: Axes, changes: Sequence[Moment], *, label: bool = False) -> None:

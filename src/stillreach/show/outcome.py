@@ -57,7 +57,7 @@ def outcome(scenario: Scenario, run: Run, found: Summary) -> Figure:
             1,
             height_ratios=(1.0, 1.0, 1.0, min(0.35 + 0.085 * rows, 1.9)),
             left=0.475,
-            right=0.86,
+            right=0.885 - 0.0058 * max(map(len, run.joint_names)),
             top=0.885 - 0.018 * label_rows(changes, run.time[-1]),
             bottom=0.065,
             hspace=0.26,
@@ -66,7 +66,7 @@ def outcome(scenario: Scenario, run: Run, found: Summary) -> Figure:
         axes = [figure.add_subplot(grid[0])]
         axes += [figure.add_subplot(grid[k], sharex=axes[0]) for k in (1, 2, 3)]
         axes[0].set_xlim(0.0, max(float(run.time[-1]), scenario.period))
-        off_target(axes[0], scenario, run, goal)
+        off_target(axes[0], scenario, run, goal, found)
         chosen = named_joints(scenario, run)
         rates(axes[1], scenario, run, chosen, ticks)
         values(axes[2], run, chosen, ticks)
@@ -83,7 +83,7 @@ def outcome(scenario: Scenario, run: Run, found: Summary) -> Figure:
 
 def caption(scenario: Scenario, found: Summary) -> str:
     """Arm, law and what came of it, in a line."""
-    away = f"{shown_length(found.goal_distance)} and {shown_angle(found.goal_angle)} from its goal"
+    away = f"{ends_off(found)} from its goal"
     if found.interrupted:
         verdict = f"interrupted at {found.end:g} s"
     else:
@@ -91,18 +91,22 @@ def caption(scenario: Scenario, found: Summary) -> str:
     return f"{scenario.arm.name}, {type(scenario.law).__name__}, {1000 * scenario.period:g} ms a tick; {verdict}"
 
 
-def off_target(ax: Axes, scenario: Scenario, run: Run, goal: Commanded) -> None:
+def ends_off(found: Summary) -> str:
+    """How far from its goal the tool ends, in the rows of the task."""
+    parts = [shown_length(found.goal_distance)] if found.linear else []
+    return " and ".join([*parts, shown_angle(found.goal_angle)] if found.angular else parts)
+
+
+def off_target(ax: Axes, scenario: Scenario, run: Run, goal: Commanded, found: Summary) -> None:
     """Distance [mm] and angle [deg] from where the tool should be, each where the task has such rows."""
     ticks, distance, angle = deviation(scenario, run, goal)
     time = run.time[ticks]
-    assert scenario.task is not None
-    linear, angular = min(scenario.task.indices) < 3, max(scenario.task.indices) >= 3
-    if linear:
+    if found.linear:
         _deviation(ax, time, 1000 * distance, LEAST_MM, "off target [mm]", COLOURS[0])
-    if angular:
-        other = ax.twinx() if linear else ax
+    if found.angular:
+        other = ax.twinx() if found.linear else ax
         _deviation(other, time, np.rad2deg(angle), LEAST_DEG, "off target [deg]", COLOURS[1])
-        if linear:
+        if found.linear:
             other.grid(visible=False)
             other.spines["right"].set_visible(True)
 

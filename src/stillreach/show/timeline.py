@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,6 +36,8 @@ FLAGS = (
 )
 FLAG_COLOUR = "#6d6d6d"
 BAR = 0.72
+NAMED = 16
+"""Of more bars than that only the first and last joint, those that fail and the status flags are named."""
 
 
 def timeline(ax: Axes, scenario: Scenario, run: Run, ticks: np.ndarray) -> None:
@@ -63,7 +66,8 @@ def timeline(ax: Axes, scenario: Scenario, run: Run, ticks: np.ndarray) -> None:
         ax.broken_barh(spans, (row - BAR / 2, BAR), facecolors=FLAG_COLOUR, linewidth=0)
     if flags:
         ax.axhline(len(run.joint_names) - 0.5, color="0.6", linewidth=0.8)
-    _label(ax, names)
+    failed = np.flatnonzero(np.any(run.health != Health.HEALTHY, axis=0))
+    _label(ax, names, {0, *failed.tolist(), *range(len(run.joint_names) - 1, len(names))})
     patches = [Patch(color=STATES[state], label=state) for state in STATES if state in used]
     if patches:
         ax.legend(handles=patches, loc="upper left", bbox_to_anchor=(1.02, 1.03), borderaxespad=0.0, handlelength=1.2)
@@ -95,10 +99,11 @@ def _spans(time: np.ndarray, true: np.ndarray) -> list[tuple[float, float]]:
     return [(float(time[first]), float(until[end] - time[first])) for first, end in edges.reshape(-1, 2)]
 
 
-def _label(ax: Axes, names: list[str]) -> None:
+def _label(ax: Axes, names: list[str], marked: Collection[int]) -> None:
+    """Names at the bars; of many only those of the marked ones."""
     ax.set_ylim(len(names) - 0.4, -0.6)
-    size = 8.0 if len(names) <= 14 else max(4.5, 8.0 * 14 / len(names))
-    ax.set_yticks(range(len(names)), names, fontsize=size)
+    shown = range(len(names)) if len(names) <= NAMED else sorted(marked)
+    ax.set_yticks(list(shown), [names[row] for row in shown], fontsize=8.0)
     ax.tick_params(axis="y", length=0)
     ax.grid(visible=False, axis="y")
     ax.set_axisbelow(True)

@@ -6,12 +6,15 @@ import math
 
 
 def shown_angle(value: float) -> str:
-    """An angle [rad] in degrees."""
-    return f"{tidy(math.degrees(value))}°"
+    """An angle [rad] in degrees; 0 below a thousandth of one."""
+    degrees = math.degrees(value)
+    return f"{tidy(degrees) if abs(degrees) >= 1e-3 else '0'}°"
 
 
 def shown_length(value: float) -> str:
-    """A length [m] in metres from one on, else in millimetres."""
+    """A length [m] in metres from one on, else in millimetres; 0 below a thousandth of one."""
+    if abs(value) < 1e-6:
+        return "0 mm"
     return f"{tidy(value)} m" if abs(value) >= 1.0 else f"{tidy(1000 * value)} mm"
 
 

@@ -28,29 +28,32 @@ def log(R: FloatArray) -> FloatArray:
 
     Through the quaternion by its largest component (Shepperd, 1978), so that no angle loses digits.
     """
-    diagonal = np.diagonal(R, axis1=1, axis2=2)
-    four = np.concatenate([np.trace(R, axis1=1, axis2=2)[:, None], diagonal], axis=1)
-    largest = np.argmax(four, axis=1)
-    rows = np.array([_quaternion(matrix, big) for matrix, big in zip(R, largest, strict=True)]).reshape(-1, 4)
-    rows *= np.where(rows[:, :1] < 0.0, -1.0, 1.0)
-    sine = np.linalg.norm(rows[:, 1:], axis=1)
+    quaternions = _quaternions(R)
+    quaternions *= np.where(quaternions[:, :1] < 0.0, -1.0, 1.0)
+    sine = np.linalg.norm(quaternions[:, 1:], axis=1)
     small = sine < 1e-8
-    gain = np.where(small, 2.0, 2.0 * np.arctan2(sine, rows[:, 0]) / np.where(small, 1.0, sine))
-    vectors: FloatArray = gain[:, None] * rows[:, 1:]
+    gain = np.where(small, 2.0, 2.0 * np.arctan2(sine, quaternions[:, 0]) / np.where(small, 1.0, sine))
+    vectors: FloatArray = gain[:, None] * quaternions[:, 1:]
     return vectors
 
 
-def _quaternion(R: FloatArray, big: int) -> list[float]:
-    """(w, x, y, z) of one matrix; ``big`` is the place of its largest component."""
-    if big == 0:
-        w = 0.5 * np.sqrt(1.0 + R[0, 0] + R[1, 1] + R[2, 2])
-        return [w, *(float(R[c, b] - R[b, c]) / (4.0 * w) for b, c in ((1, 2), (2, 0), (0, 1)))]
-    a = big - 1
-    b, c = (a + 1) % 3, (a + 2) % 3
-    v = [0.0, 0.0, 0.0]
-    v[a] = 0.5 * np.sqrt(1.0 + R[a, a] - R[b, b] - R[c, c])
-    v[b], v[c] = (float(R[a, other] + R[other, a]) / (4.0 * v[a]) for other in (b, c))
-    return [float(R[c, b] - R[b, c]) / (4.0 * v[a]), *v]
+def _quaternions(R: FloatArray) -> FloatArray:
+    """(K, 4) w x y z of matrices (K, 3, 3).
+
+    Row k of the symmetric 4 x 4 matrix below is 4 q_k times the quaternion; the row of the largest q_k is taken.
+    """
+    (a, b, c), (d, e, f), (g, h, i) = np.moveaxis(R, 0, 2)
+    rows = np.array(
+        [
+            [1 + a + e + i, h - f, c - g, d - b],
+            [h - f, 1 + a - e - i, b + d, c + g],
+            [c - g, b + d, 1 - a + e - i, f + h],
+            [d - b, c + g, f + h, 1 - a - e + i],
+        ]
+    )
+    largest = np.argmax(np.diagonal(rows), axis=1)
+    chosen: FloatArray = rows[largest, :, np.arange(len(R))]
+    return chosen / np.linalg.norm(chosen, axis=1, keepdims=True)
 
 
 def from_quaternions(name: str, quaternions: FloatArray) -> FloatArray:

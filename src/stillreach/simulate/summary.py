@@ -16,7 +16,7 @@ from stillreach.status import Status
 POSITION_SHARE, ANGLE_SHARE = 0.01, 0.01
 """A tool has arrived when it ends this near to its goal, relative to the whole way and the whole turn,"""
 POSITION_FLOOR, ANGLE_FLOOR = 1e-3, np.deg2rad(1.0)
-"""or this near: relative to the arm's reach, and [rad]."""
+"""or this near: [m] and [rad]."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,7 @@ class Summary:
         finished: the run is whole and the tool ends at its goal: neither distance is above what is allowed.
         interrupted: Ctrl-C ended the run early.
         end: [s] time of the last tick.
+        linear, angular: whether the task has rows in [m/s], in [rad/s]; what it has not is 0 below.
         goal_distance, goal_angle: from the tool to where it should be at the end [m, rad], in the rows of the task.
         allowed_distance, allowed_angle: how much of these still counts as arrived [m, rad].
         way, turn: length and angle of the commanded motion [m, rad].
@@ -52,6 +53,8 @@ class Summary:
     finished: bool
     interrupted: bool
     end: float
+    linear: bool
+    angular: bool
     goal_distance: float
     goal_angle: float
     allowed_distance: float
@@ -87,15 +90,14 @@ def summary(
     Args:
         scenario: what was run.
         run: what happened; at least one tick.
-        allowed_distance: [m] how far from its goal a tool has arrived; None: 1 % of the way, or 0.1 % of the reach.
-        allowed_angle: [rad] likewise; None: 1 % of the turn, or 1 deg.
+        allowed_distance: [m] how far from its goal a tool has arrived; None: 1 % of the way, at least 1 mm.
+        allowed_angle: [rad] likewise; None: 1 % of the turn, at least 1 deg.
     """
+    rows = scenario.task.indices if scenario.task is not None else range(6)
     goal = commanded(scenario)
     way, turn = goal.length()
     ticks, shift, angle = deviation(scenario, run, goal)
-    near = (
-        max(POSITION_SHARE * way, POSITION_FLOOR * scenario.arm.reach) if allowed_distance is None else allowed_distance
-    )
+    near = max(POSITION_SHARE * way, POSITION_FLOOR) if allowed_distance is None else allowed_distance
     turned = max(ANGLE_SHARE * turn, ANGLE_FLOOR) if allowed_angle is None else allowed_angle
     rate, joint, value = _largest_rate(scenario, run)
     sigma, lost = _left_at_end(scenario, run)
@@ -103,6 +105,8 @@ def summary(
         finished=len(run) > scenario.steps and bool(shift[-1] <= near and angle[-1] <= turned),
         interrupted=bool(run.attrs.get("interrupted", 0)),
         end=float(run.time[-1]),
+        linear=min(rows) < 3,
+        angular=max(rows) >= 3,
         goal_distance=float(shift[-1]),
         goal_angle=float(angle[-1]),
         allowed_distance=float(near),

@@ -5,16 +5,20 @@ from __future__ import annotations
 import re
 import tomllib
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from stillreach.errors import Mistake, ScenarioFileError
+from stillreach.simulate.scenario_file.lines import line_numbers
 
 Place = tuple[str | int, ...]
 """Keys and indices that lead to a value: ``("faults", 1, "joint")``."""
 
-MAX_BYTES = 256 * 1024
+MAX_BYTES = 64 * 1024
 DEEPEST = 32
+TOO_LONG = re.compile(rf"""(?<![\w"'-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){{{DEEPEST}}}""")
+"""A dotted key of more parts than that: the parser of Python takes hours for one of some thousands."""
 AT_LINE = re.compile(r"\(at line (\d+), column (\d+)\)")
 
 
@@ -26,13 +30,18 @@ class Document:
         name: the file, as it was given.
         folder: that other files are relative to.
         content: its values.
-        lines: line of each key and table, from 1 on.
+        text: what they were read from.
     """
 
     name: str
     folder: Path
     content: dict[str, Any]
-    lines: dict[Place, int]
+    text: str
+
+    @cached_property
+    def lines(self) -> dict[Place, int]:
+        """Line of each key, table and list entry, from 1 on."""
+        return line_numbers(self.text)
 
     def line(self, place: Place) -> int | None:
         """The line of a value, or of what it stands in; None for the file as a whole."""
@@ -57,19 +66,25 @@ def read(path: Path, name: str) -> Document:
 
 def parse(text: str, name: str, folder: Path) -> Document:
     """Parse the text of a file; ScenarioFileError if it is not TOML."""
-    from stillreach.simulate.scenario_file.lines import line_numbers
-
+    long_key = TOO_LONG.search(text)
+    if long_key:
+        line = text.count("\n", 0, long_key.start()) + 1
+        raise ScenarioFileError(name, [Mistake("", "a key of too many parts", f"at most {DEEPEST}", line=line)])
     try:
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise _syntax_error(text, name, str(error)) from None
-    except (ValueError, RecursionError) as error:
-        got = "tables or lists too deep in each other" if isinstance(error, RecursionError) else str(error)
-        raise ScenarioFileError(name, [Mistake("", got, "a TOML file")]) from None
+    except ValueError:
+        raise ScenarioFileError(name, [Mistake("", "an integer of too many digits", "a TOML file")]) from None
+    except RecursionError:
+        raise _too_deep(name) from None
     if _depth(content) > DEEPEST:
-        got = "tables or lists too deep in each other"
-        raise ScenarioFileError(name, [Mistake("", got, f"at most {DEEPEST} levels")])
-    return Document(name, folder, content, line_numbers(text))
+        raise _too_deep(name)
+    return Document(name, folder, content, text)
+
+
+def _too_deep(name: str) -> ScenarioFileError:
+    return ScenarioFileError(name, [Mistake("", "tables or lists too deep in each other", f"at most {DEEPEST} levels")])
 
 
 def _text(path: Path, name: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic.fields import FieldInfo
@@ -11,7 +11,9 @@ from pydantic_core import PydanticCustomError
 
 LARGEST = 1e9
 LEAST_TIME = 1e-6
-MOST_JOINTS = 500
+MOST_JOINTS = 200
+MOST_PARTS = 200
+MOST_POINTS = 2000
 
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
@@ -23,6 +25,11 @@ Limit = Annotated[float, Field(ge=0.0, allow_inf_nan=True)]
 Bound = Annotated[float, Field(allow_inf_nan=True)]
 Text = Annotated[str, Field(min_length=1, max_length=1000)]
 JointName = Annotated[str, Field(min_length=1, max_length=200)]
+
+
+Entry = TypeVar("Entry")
+Each = Annotated[list[Entry], Field(min_length=1, max_length=MOST_JOINTS)]
+"""One for each joint."""
 
 
 def exactly(count: int) -> tuple[AfterValidator, FieldInfo]:
@@ -60,7 +67,7 @@ Quaternion = Annotated[list[Number], *exactly(4), AfterValidator(_not_all_zero)]
 Vector6 = Annotated[list[Number], *exactly(6)]
 Mask = Annotated[list[bool], *exactly(6), AfterValidator(_not_all_zero)]
 Interval = Annotated[list[Bound], *exactly(2), AfterValidator(_lower_first)]
-Times = Annotated[list[Time], AfterValidator(_rising)]
+Times = Annotated[list[Time], Field(min_length=1, max_length=MOST_POINTS), AfterValidator(_rising)]
 
 
 def _form(value: Any) -> str:
@@ -83,18 +90,18 @@ def word_form(value: Any) -> str:
 
 
 Start = Annotated[
-    Annotated[list[Number], Tag("<each>")] | Annotated[dict[JointName, Number], Tag("<by joint>")],
+    Annotated[Each[Number], Tag("<each>")] | Annotated[dict[JointName, Number], Tag("<by joint>")],
     Discriminator(lambda value: "<by joint>" if isinstance(value, dict) else "<each>"),
 ]
 Limits = Annotated[
     Annotated[Limit, Tag("<one>")]
-    | Annotated[list[Limit], Tag("<each>")]
+    | Annotated[Each[Limit], Tag("<each>")]
     | Annotated[dict[JointName, Limit], Tag("<by joint>")],
     Discriminator(_form),
 ]
 Intervals = Annotated[
     Annotated[Interval, Tag("<one>")]
-    | Annotated[list[Interval], Tag("<each>")]
+    | Annotated[Each[Interval], Tag("<each>")]
     | Annotated[dict[JointName, Interval], Tag("<by joint>")],
     Discriminator(_interval_form),
 ]

@@ -7,8 +7,28 @@ from typing import Any
 from stillreach.simulate.scenario_file.schema import ScenarioTable
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
+NULL = {"type": "null"}
 
 
 def schema() -> dict[str, Any]:
     """The schema of the whole file."""
-    return {"$schema": DIALECT, **ScenarioTable.model_json_schema(), "title": "stillreach scenario"}
+    tidy: dict[str, Any] = _tidied(ScenarioTable.model_json_schema())
+    return {"$schema": DIALECT, "title": "stillreach scenario", **tidy}
+
+
+def _tidied(node: Any) -> Any:
+    """Without what TOML does not know (null) and what says nothing (titles that repeat the key)."""
+    if isinstance(node, list):
+        return [_tidied(entry) for entry in node]
+    if not isinstance(node, dict):
+        return node
+    tidy: dict[str, Any] = {}
+    for key, value in node.items():
+        if key in ("properties", "$defs"):
+            tidy[key] = {name: _tidied(entry) for name, entry in value.items()}
+        elif key == "anyOf" and NULL in value:
+            others = [_tidied(entry) for entry in value if entry != NULL]
+            tidy |= others[0] if len(others) == 1 else {"anyOf": others}
+        elif key != "title" and not (key == "default" and value is None):
+            tidy[key] = _tidied(value)
+    return tidy

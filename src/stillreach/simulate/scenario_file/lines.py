@@ -8,7 +8,7 @@ from contextlib import suppress
 
 # what can stand in a value: strings of four kinds, comments, brackets; each is passed over whole
 TOKEN = re.compile(
-    r'"""(?:[^\\]|\\.)*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'|#[^\n]*|[\[\]{},=\n.]|[^\s"\'#\[\]{},=.]+',
+    r'"""(?:[^\\]|\\.)*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'|#[^\n]*|\n\s*|[\[\]{},=.]|[^\s"\'#\[\]{},=.]+',
     re.DOTALL,
 )
 OPEN, CLOSE = "[{", "]}"
@@ -45,7 +45,7 @@ class _Scanner:
     def _statement(self) -> None:
         """A header, a key with its value, or an empty line."""
         token = self._peek()
-        if token == "\n" or token.startswith("#"):
+        if token[0] in "\n#":
             self._at += 1
         elif token == "[":
             self._header()
@@ -90,24 +90,26 @@ class _Scanner:
         elif self._peek() == "{":
             self._table(place)
         else:
-            while self._at < len(self._tokens) and self._peek() not in ",]}\n" and self._peek()[0] != "#":
+            while self._at < len(self._tokens) and self._peek()[0] not in ",]}\n#":
                 self._at += 1
 
     def _list(self, place: Key) -> None:
         self._at += 1
         entry = 0
         while (token := self._peek()) != "]":
-            if token in ",\n}" or token.startswith("#"):
+            if token[0] in ",\n#}":
                 self._at += 1
             else:
-                self._value(self._noted((*place, entry), self._line()))
+                entry_place = (*place, entry)
+                self.lines[entry_place] = self._line()
+                self._value(entry_place)
                 entry += 1
         self._at += 1
 
     def _table(self, place: Key) -> None:
         self._at += 1
         while (token := self._peek()) != "}":
-            if token in ",\n" or token.startswith("#"):
+            if token[0] in ",\n#":
                 self._at += 1
             else:
                 line = self._line()

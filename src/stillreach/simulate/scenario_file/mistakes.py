@@ -50,7 +50,19 @@ TABLES: dict[str, type[Table]] = {
     **{f"<{key} robot>": table for key, table in ROBOTS.items()},
     **{f"<any of {key}>": table for key, table in BASES.items()},
 }
-TAGS = {*TABLES, "<one>", "<each>", "<by joint>", "<word>", "<number>", "<table>", "<mask>", "<vector>", "<matrix>"}
+TAGS = {
+    *TABLES,
+    "[key]",
+    "<one>",
+    "<each>",
+    "<by joint>",
+    "<word>",
+    "<number>",
+    "<table>",
+    "<mask>",
+    "<vector>",
+    "<matrix>",
+}
 
 
 def form_mistakes(document: Document) -> list[tuple[Place, Mistake]]:
@@ -97,8 +109,8 @@ def _beside_the_kind(error: ErrorDetails) -> list[ErrorDetails]:
 
 def _mistake(document: Document, error: ErrorDetails) -> tuple[Place, Mistake]:
     """One of pydantic's errors in words."""
-    loc = error["loc"][:-1] if error["loc"][-1:] == ("[key]",) else error["loc"]
-    place = (*(part for part in loc[:-1] if part not in TAGS), *loc[-1:]) if loc[-1] not in TAGS else _untagged(loc)
+    loc = error["loc"]
+    place = _place(document, loc)
     kind, value, context = error["type"], error["input"], error.get("ctx", {})
     got, expected, hint = shown(value), error["msg"], ""
     if kind == "missing":
@@ -122,8 +134,18 @@ def _mistake(document: Document, error: ErrorDetails) -> tuple[Place, Mistake]:
     return place, Mistake(written(place), got, expected, hint, document.line(place))
 
 
-def _untagged(loc: tuple[int | str, ...]) -> Place:
-    return tuple(part for part in loc if part not in TAGS)
+def _place(document: Document, loc: tuple[int | str, ...]) -> Place:
+    """Where a value stands in the file: pydantic's place without the tags of the forms that were tried."""
+    place: Place = ()
+    node: Any = document.content
+    for part in loc:
+        inside = isinstance(node, dict) and part in node
+        if part in TAGS and not inside:
+            continue
+        place = (*place, part)
+        is_entry = isinstance(node, list) and isinstance(part, int) and part < len(node)
+        node = node[part] if inside or is_entry else None
+    return place
 
 
 def _no_kind(place: Place, value: Any) -> tuple[Place, str, str, str]:

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Field, Tag
 
 from stillreach.simulate.scenario_file.forms import (
+    MOST_POINTS,
     Direction,
     Number,
     OrientationTable,
@@ -77,12 +78,20 @@ KeepOrTurn = Annotated[
 ]
 
 
+Attitudes = Annotated[list[KeepOrTurn], Field(max_length=MOST_POINTS)]
+Points = Annotated[list[Vector3], Field(min_length=1, max_length=MOST_POINTS)]
+
+
 class WaypointsMotion(Table):
     """From point to point on straight lines."""
 
     kind: Literal["waypoints"]
-    points: Annotated[list[Vector3], Field(min_length=1)] = Field(description="The points [length].")
-    orientations: list[KeepOrTurn] | None = Field(None, description='An attitude, or "keep", for each point.')
+    points: Annotated[list[Vector3], Field(min_length=1, max_length=MOST_POINTS)] = Field(
+        description="The points [length]."
+    )
+    orientations: Annotated[list[KeepOrTurn], Field(max_length=MOST_POINTS)] | None = Field(
+        None, description='An attitude, or "keep", for each point.'
+    )
     times: Times | None = Field(None, description="When each point is reached, since this motion began [s].")
     duration: Time | None = Field(None, description="How long in all [s], in place of times.")
     profile: Profile = Field("constant", description="Speed on each leg; the last two stop at each point.")

@@ -6,7 +6,7 @@ from importlib import metadata
 from pathlib import Path
 
 from stillreach.errors import InputError
-from stillreach.simulate.scenario_file.words import did_you_mean, shown
+from stillreach.simulate.scenario_file.words import did_you_mean, short, shown
 
 PREFIX = "package:"
 
@@ -34,8 +34,8 @@ def _of_package(reference: str) -> Path:
     try:
         distribution = metadata.distribution(name)
     except (metadata.PackageNotFoundError, ValueError):
-        advice = f"a file of the package {name}: pip install --no-deps {name}"
-        raise InputError("package", f"{name}, which is not installed", advice) from None
+        advice = f"a file of the package {short(name)}: pip install --no-deps {short(name)}"
+        raise InputError("package", f"{short(name)}, which is not installed", advice) from None
     files = distribution.files or []
     found = next((file for file in files if file.parts[-len(wanted) :] == wanted), None)
     if found is not None:

@@ -15,7 +15,7 @@ from stillreach.simulate.scenario_file.units import Units
 from stillreach.simulate.scenario_file.words import did_you_mean, shown, written
 
 MOST = 100
-"""Mistakes after which no more hints are looked for."""
+"""Mistakes after which no more hints are looked for; after twice as many, the rest is not listed."""
 
 
 class Reading:
@@ -139,6 +139,7 @@ class Reading:
         return value
 
     def _note(self, place: Place, mistake: Mistake) -> None:
-        self.mistakes.append(mistake)
+        if len(self.mistakes) < 2 * MOST:
+            self.mistakes.append(mistake)
         self._wrong.add(place)
         self._touched.update(place[:k] for k in range(len(place) + 1))

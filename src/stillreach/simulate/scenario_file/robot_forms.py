@@ -6,13 +6,14 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
+from stillreach.arm import catalogue
 from stillreach.simulate.scenario_file.forms import MOST_JOINTS, JointName, NotNegative, Number, Table, Text
 
 
 class BuiltInRobot(Table):
     """An arm that comes with stillreach."""
 
-    arm: Text = Field(description="Name of a built-in arm: nasa_modular, canadarm2, planar, snake.")
+    arm: Text = Field(description="Its name.", json_schema_extra={"enum": sorted(catalogue.__all__)})
     n: Annotated[int, Field(ge=1, le=MOST_JOINTS)] | None = Field(None, description="Number of joints (planar, snake).")
     lengths: Annotated[list[NotNegative], Field(min_length=1, max_length=MOST_JOINTS)] | None = Field(
         None, description="Lengths of the segments [length] (nasa_modular)."

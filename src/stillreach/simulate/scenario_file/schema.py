@@ -12,6 +12,7 @@ from pydantic import Field
 
 from stillreach.simulate.scenario_file.fault_forms import FAULTS, FaultChoice
 from stillreach.simulate.scenario_file.forms import (
+    MOST_PARTS,
     Intervals,
     Limit,
     Limits,
@@ -27,6 +28,9 @@ from stillreach.simulate.scenario_file.motion_forms import MOTIONS, MotionTable
 from stillreach.simulate.scenario_file.robot_forms import Robot
 from stillreach.simulate.scenario_file.task_forms import TaskTable
 
+Motions = Annotated[list[MotionTable], Field(min_length=1, max_length=MOST_PARTS)]
+Faults = Annotated[list[FaultChoice], Field(max_length=MOST_PARTS)]
+
 
 class ScenarioTable(Table):
     """A scenario: which arm starts where, what it is told, what breaks and when."""
@@ -38,8 +42,8 @@ class ScenarioTable(Table):
     start: Start = Field(
         description="Joint values at time 0 [angle, or length for slides]: all, or by name (others 0)."
     )
-    motion: Annotated[list[MotionTable], Field(min_length=1)] = Field(description="What the tool is to do, in order.")
-    faults: list[FaultChoice] = Field([], description="What fails when.")
+    motion: Motions = Field(description="What the tool is to do, in order.")
+    faults: Faults = Field([], description="What fails when.")
     law: LawChoice = Field(LeastErrorLaw(kind="least-error"), description="How the rates are found.")
     task: TaskTable | None = Field(None, description="Which part of the motion is the task; the whole pose if absent.")
     null_motion: NullMotionChoice | None = Field(None, description="What the freedom that is left is used for.")

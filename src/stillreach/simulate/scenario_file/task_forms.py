@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import AfterValidator, Discriminator, Field, Tag
+from pydantic_core import PydanticCustomError
 
-from stillreach.simulate.scenario_file.forms import Mask, Number, OrientationTable, Positive, Table, Vector3
+from stillreach.simulate.scenario_file.forms import Each, Mask, Number, OrientationTable, Positive, Table, Vector3
 
 
 def _rows_form(value: Any) -> str:
@@ -18,8 +19,15 @@ def _weight_form(value: Any) -> str:
     return "<matrix>" if nested else "<vector>"
 
 
+def _square(rows: list[list[float]]) -> list[list[float]]:
+    if any(len(row) != len(rows) for row in rows):
+        raise PydanticCustomError("square", "a square matrix, a list for each row")
+    return rows
+
+
 Weight = Annotated[
-    Annotated[list[Positive], Tag("<vector>")] | Annotated[list[list[Number]], Tag("<matrix>")],
+    Annotated[Each[Positive], Tag("<vector>")]
+    | Annotated[Annotated[Each[Each[Number]], AfterValidator(_square)], Tag("<matrix>")],
     Discriminator(_weight_form),
 ]
 
