@@ -43,7 +43,7 @@ static nb::object each_row(const Arm& arm, nb::handle q, bool want_jacobian) {
   const long count = rows.size(0), n = arm.n;
   nb::object out = new_array(want_jacobian ? nb::object(nb::make_tuple(count, 6, n)) : nb::object(nb::make_tuple(count, 4, 4)));
   View to = strict("out", out, {count, want_jacobian ? 6 : 4, want_jacobian ? n : 4}, true);
-  std::vector<double> scratch(arm.scratch()), jacobian(6 * n + 2);
+  std::vector<double> scratch(2 * n), jacobian(6 * n + 2);
   const stillreach::ArmView view = arm.view();
   for (long row = 0; row < count; ++row) {
     double pose[12];

@@ -70,7 +70,6 @@ static void make_controller(Controller* self, const Arm& arm, const Law& law, co
   s.null_vector = take(1), s.fault_value = take(1), s.last = take(1), s.anchor = take(1), s.lower = take(1), s.upper = take(1), s.reference = take(1);
   s.task_jacobian = s.every_row ? nullptr : take(6), s.scratch = take(8), s.jacobian = take(6);  // last: it writes two numbers more
   if (s.every_row) s.task_jacobian = s.jacobian;
-  if (s.arm.coupling) c.chain.assign(c.arm.scratch(), 0.0), s.scratch = c.chain.data();
   s.constant_bounds = 1;
   for (int i = 0; i < n; ++i)
     s.constant_bounds &= std::isinf(s.position_lower[i]) && std::isinf(s.position_upper[i]) && std::isinf(s.acceleration[i]);

@@ -9,7 +9,6 @@ struct Controller {
   stillreach::ControllerState state{};
   Scratch scratch;
   std::vector<double> numbers;       // everything that `state` points to
-  std::vector<double> chain;         // scratch for coupled joints
   std::vector<std::int8_t> bytes;
   std::vector<double> rates, residual, measured;
   std::vector<std::int8_t> active;

@@ -50,7 +50,6 @@ struct Arm {
     coupling = {static_cast<int>(leaders.size()), leaders.data(), factors.data(), offsets.data()};
     return {n, placements.data(), kinds.data(), leaders.empty() ? nullptr : &coupling};
   }
-  std::size_t scratch() const { return leaders.empty() ? 2 * static_cast<std::size_t>(n) : kernel().coupled_scratch(static_cast<int>(leaders.size())); }
 };
 
 void bind_settings(nb::module_& m);

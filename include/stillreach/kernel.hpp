@@ -18,7 +18,6 @@ struct Kernel {
   std::size_t (*workspace_doubles)(int n, bool full_joint_weight);
   void (*align_axes)(int n, const double* placements, const double* axes, double* out);
   void (*kinematics)(const ArmView& arm, const double* q, double* scratch, double* pose, double* jacobian);
-  std::size_t (*coupled_scratch)(int moved);
   void (*solve)(const LawSettings& law, const Problem& p, const Memory& memory, Answer& out);
   void (*set_health)(ControllerState& c, int joint, int health, double value);
   void (*tick)(ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory, Answer& out);
@@ -39,7 +38,6 @@ inline Kernel make_kernel() {
   k.kinematics = [](const ArmView& arm, const double* q, double* scratch, double* pose, double* jacobian) {
     arm_kinematics(arm, q, scratch, pose, jacobian);
   };
-  k.coupled_scratch = [](int moved) { return coupled_scratch(moved); };
   k.solve = [](const LawSettings& law, const Problem& p, const Memory& memory, Answer& out) {
     Workspace w = make_workspace(p.n, p.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
     solve_law(law, p, w, out);

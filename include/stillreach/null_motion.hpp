@@ -8,6 +8,8 @@
 
 STILLREACH_BEGIN
 
+STILLREACH_INLINE double dot3(const double* a, const double* b) { return madd(a[0], b[0], madd(a[1], b[1], a[2] * b[2])); }
+
 // Column j of the map from the task rows back to base axes: forces along the task rows become a 6-vector [f; t].
 template <int M>
 STILLREACH_INLINE void rows_to_base(Rows<M> m, const ControllerState& c, const double* task, double* base) {
@@ -22,7 +24,7 @@ STILLREACH_INLINE void rows_to_base(Rows<M> m, const ControllerState& c, const d
 // d ln w / dq_k = sum_j (dJ_j / dq_k) . (J^+)_j, with dJ_j/dq_k = w_k x J_j for k <= j and [w_j x v_k; 0] for k > j, so
 // that one suffix and one prefix sum give all n components.
 template <int M>
-inline void manipulability_gradient(Rows<M> m, const ControllerState& c, Workspace& w, double* gradient) {
+inline void manipulability_gradient(Rows<M> m, const ControllerState& c, const double* q, Workspace& w, double* gradient) {
   double* force = c.scratch;  // 6 n: row j of J^+ in base axes
   int k = 0;
   for (int i = 0; i < c.arm.n; ++i) {
@@ -57,8 +59,7 @@ inline void manipulability_gradient(Rows<M> m, const ControllerState& c, Workspa
   }
   if (c.arm.coupling) {
     const double none[3] = {0, 0, 0};
-    coupled_gradient(c.arm, c.scratch, force, w.joint, k, total, c.tool_axes ? total : none, gradient);
-    return;
+    return coupled_gradient(c.arm, q, c.pose + 9, force, w.joint, k, total, c.tool_axes ? total : none, gradient);
   }
   double suffix[3] = {total[0], total[1], total[2]};
   for (int j = 0; j < k; ++j) {  // suffix: over this joint and those after it; prefix: over those before
@@ -86,7 +87,7 @@ constexpr double kSaddlePush = 1e-2;  // of the largest null rate: leaves exact 
 template <int M>
 inline void null_motion(Rows<M> m, const ControllerState& c, const double* q, Workspace& w, double* rates) {
   const int n = c.arm.n;
-  if (c.null_kind == NULL_MANIPULABILITY) manipulability_gradient(m, c, w, rates);
+  if (c.null_kind == NULL_MANIPULABILITY) manipulability_gradient(m, c, q, w, rates);
   for (int i = 0; i < n; ++i) {
     double v = 0.0;
     if (c.null_kind == NULL_RATES || c.null_kind == NULL_GRADIENT) v = c.null_gain * c.null_vector[i];
