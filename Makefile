@@ -11,7 +11,7 @@ LINTED := $(wildcard src tests examples bench scripts docs)
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test bench lint cpp-test pytest wheel dev format requirements clean help check-tools
+.PHONY: demo test bench bench-peers lint cpp-test pytest wheel dev format requirements clean help check-tools
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -41,7 +41,11 @@ format: $(STAMPS)/test  ## let ruff put the Python files in order
 	$(BIN)/ruff format $(LINTED)
 
 bench: dev  ## time a tick from Python, with ratios to what others do
-	$(BIN)/python bench/tick.py
+	$(BIN)/python -m bench.tick
+
+bench-peers: $(STAMPS)/wheel .venv-peers/installed  ## time stillreach beside its peers, into README.md; ARGS="--help" for more
+	.venv-peers/bin/pip install -q --no-deps --force-reinstall build/wheel/stillreach-*.whl
+	.venv-peers/bin/python -m bench.compare $(or $(ARGS),--write)
 
 wheel: $(STAMPS)/all $(STAMPS)/wheel  ## build the wheel and install it into .venv
 
@@ -57,9 +61,11 @@ requirements: check-tools  ## pin the newest versions of everything
 	$(PIP_COMPILE) --extra plot --extra netcdf --extra test -o requirements/test.txt pyproject.toml
 	$(PIP_COMPILE) -c requirements/test.txt --extra plot --extra netcdf -o requirements/all.txt pyproject.toml
 	$(PIP_COMPILE) -c requirements/test.txt -o requirements/build.txt requirements/build.in
+	$(PIP_COMPILE) -o requirements/peers.txt requirements/peers.in pyproject.toml
+	sed -i 's/+cpu / /' requirements/peers.txt
 
 clean:  ## remove everything that was made
-	rm -rf .venv build dist out .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-peers build dist out .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find src tests examples -name __pycache__ -prune -exec rm -rf {} +
 
 help:  ## this list
@@ -71,6 +77,13 @@ check-tools:
 $(STAMPS)/venv: | check-tools
 	$(PYTHON) -m venv .venv
 	mkdir -p $(STAMPS) && touch $@
+
+# The peers' versions do not go together with those of .venv. Our own requirements are among them.
+.venv-peers/installed: requirements/peers.txt requirements/peers.in | check-tools
+	@echo "installing $< into .venv-peers"
+	$(PYTHON) -m venv .venv-peers
+	.venv-peers/bin/python bench/install.py
+	touch $@
 
 $(STAMPS)/build $(STAMPS)/all $(STAMPS)/test: $(STAMPS)/%: requirements/%.txt $(STAMPS)/venv
 	@echo "installing $< into .venv"

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from workload import POSES, STEPS
+from bench.workload import POSES, STEPS
 
 
 @dataclass

@@ -25,7 +25,7 @@ def parse_law(text: str, *, like: Law | None = None, argument: str = "--law") ->
 
     Args:
         text: ``name`` or ``name:setting=value:...``; a value is a number, ``none`` or a word.
-        like: a law whose weights the new one takes over.
+        like: a law whose weights the new one takes over; of the same kind also its settings, where none is given.
         argument: what the text was given for, for messages.
 
     Raises:
@@ -43,7 +43,7 @@ def parse_law(text: str, *, like: Law | None = None, argument: str = "--law") ->
         raise InputError(argument, repr(name), f"one of {', '.join(LAWS)}{hint}")
     kind: type[Law] = getattr(sr, LAWS[name])
     known = [field.name for field in fields(kind) if field.name != "weights"]
-    values: dict[str, Any] = {} if like is None else {"weights": like.weights}
+    values: dict[str, Any] = {}
     for setting in settings:
         key, equals, value = setting.partition("=")
         if not equals or key not in known:
@@ -53,8 +53,9 @@ def parse_law(text: str, *, like: Law | None = None, argument: str = "--law") ->
             raise InputError(argument, f"{key} twice in {text!r}", "each setting once")
         # "2" is a name where the setting is a word, a number where it is a number
         values[key] = value if key == "norm" else _value(value)
+    taken = [] if like is None else ["weights", *known] if isinstance(like, kind) else ["weights"]
     try:
-        return kind(**values)
+        return kind(**{key: getattr(like, key) for key in taken} | values)
     except InputError as error:
         raise InputError(f"{argument} {text}, {error.argument}", error.got, error.expected) from None
 

@@ -38,9 +38,10 @@ def inspect(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False,
 ) -> None:
-    """Show an arm: joints, limits, reach, and what it loses with each joint.
+    """Show an arm and what it loses with each joint.
 
-    At a configuration it shows the singular values of the Jacobian, and what is left of them when one joint is locked.
+    Prints joints, axes, limits and reach; and at a configuration the singular values of the Jacobian, and what is left
+    of them when one joint is locked.
     """
     from stillreach.cli._joints import assignments, configuration
     from stillreach.cli._locks import insight

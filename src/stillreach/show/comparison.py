@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-OUTLIER = 8.0
+OUTLIER = 4.0
 """A run that reaches this many times further than the next one does not set the scale of a panel."""
 ASTRAY = 3.0
 """So it is for the scene."""
@@ -52,7 +52,7 @@ def comparison(results: Mapping[str, Result]) -> Figure:
         figure = Figure(figsize=(13.0, 7.2))
         _scene(figure.add_axes((-0.06, 0.0, 0.50, 0.86), projection="3d"), results, goal)
         grid = figure.add_gridspec(
-            len(panels), 1, left=0.50, right=0.975, top=0.83 - 0.018 * label_rows(changes, end), bottom=0.07, hspace=0.2
+            len(panels), 1, left=0.50, right=0.975, top=0.84 - 0.018 * label_rows(changes, end), bottom=0.07, hspace=0.2
         )
         axes: list[Axes] = []
         for place, (name, curves, least) in enumerate(panels):
@@ -67,8 +67,7 @@ def comparison(results: Mapping[str, Result]) -> Figure:
         figure.text(0.02, 0.965, title, fontsize=13, fontweight="bold", va="center")
         ticks = f"{scenario.arm.name}, {1000 * scenario.period:g} ms a tick"
         figure.text(0.02, 0.93, ticks, fontsize=9.5, va="center")
-        columns = 2 if len(results) > 3 else 1
-        figure.legend(*axes[0].get_legend_handles_labels(), loc="upper left", bbox_to_anchor=(0.49, 1.0), ncols=columns)
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="upper left", bbox_to_anchor=(0.49, 1.0))
     return figure
 
 
@@ -112,11 +111,10 @@ def _panel(ax: Axes, results: Mapping[str, Result], name: str, curves: list[Curv
 
 
 def _top(peaks: list[float], least: float, outlier: float = OUTLIER) -> float:
-    """Upper end of a panel: the highest peak that is not far beyond all others."""
+    """Upper end of a panel: the highest peak, or the second where the first is far beyond it."""
     ordered = sorted((max(peak, least / outlier) for peak in peaks), reverse=True)
-    while len(ordered) > 1 and ordered[0] > outlier * ordered[1]:
-        ordered.pop(0)
-    return max(1.08 * ordered[0], least)
+    alone = len(ordered) > 1 and ordered[0] > outlier * ordered[1]
+    return max(1.08 * ordered[int(alone)], least)
 
 
 def _verdict(found: Summary) -> str:

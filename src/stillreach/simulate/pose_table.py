@@ -16,7 +16,7 @@ from stillreach.errors import InputError
 from stillreach.simulate.course import Course, Legs, turned_and_shifted
 from stillreach.simulate.profile import RAMP
 from stillreach.simulate.rotations import exp, from_quaternions, from_rpy, log
-from stillreach.simulate.shapes import rising
+from stillreach.simulate.shapes import rising, set_fields
 
 JUMP = 1e-3
 """[m, rad] how far a table's first pose may be from where the tool is at that time."""
@@ -28,7 +28,7 @@ ATTITUDES = {"quaternion": ("qw", "qx", "qy", "qz"), "rpy": ("roll", "pitch", "y
 COLUMNS = "time, x, y, z, and none or all of qw, qx, qy, qz or roll, pitch, yaw or rx, ry, rz"
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class PoseTable(Course):
     """Poses at given times; between them the point moves on straight lines, the attitude by the shortest turn.
 
@@ -45,24 +45,27 @@ class PoseTable(Course):
 
     times: FloatArray
     points: FloatArray
-    orientations: FloatArray | None = None
-    relative: bool = False
+    orientations: FloatArray | None
+    relative: bool
+    duration: float
 
-    def __post_init__(self) -> None:
-        points = _door.matrix("points", self.points, (None, 3))
-        times = rising("times", self.times, len(points))
-        if len(times) == 0 or times[0] < 0.0 or times[-1] <= 0.0:
-            span = f"{times[0]:g} to {times[-1]:g} s" if len(times) else "no row"
+    def __init__(
+        self,
+        times: npt.ArrayLike,
+        points: npt.ArrayLike,
+        *,
+        orientations: npt.ArrayLike | None = None,
+        relative: bool = False,
+    ) -> None:
+        places = _door.matrix("points", points, (None, 3))
+        moments = rising("times", times, len(places))
+        if len(moments) == 0 or moments[0] < 0.0 or moments[-1] <= 0.0:
+            span = f"{moments[0]:g} to {moments[-1]:g} s" if len(moments) else "no row"
             raise InputError("times", span, "times from 0 on that end above 0")
-        object.__setattr__(self, "times", times)
-        object.__setattr__(self, "points", points)
-        if self.orientations is not None:
-            object.__setattr__(self, "orientations", _rotations(self.orientations, len(points)))
-
-    @property
-    def duration(self) -> float:  # type: ignore[override]
-        """Time of the last pose [s]."""
-        return float(self.times[-1])
+        turns = None if orientations is None else _rotations(orientations, len(places))
+        set_fields(
+            self, times=moments, points=places, orientations=turns, relative=relative, duration=float(moments[-1])
+        )
 
     @classmethod
     def from_csv(
@@ -97,7 +100,7 @@ class PoseTable(Course):
                 else {"rpy": from_rpy, "vector": exp}[attitude](entries * angle)
             )
         points = rows[:, [place[name] for name in POSITION]] * length
-        return cls(times=rows[:, place["time"]], points=points, orientations=turns, relative=relative)
+        return cls(rows[:, place["time"]], points, orientations=turns, relative=relative)
 
     def plan(self, T_start: FloatArray) -> Legs:
         """The legs from a pose (4, 4) [m].

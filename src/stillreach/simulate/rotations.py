@@ -53,7 +53,8 @@ def _quaternions(R: FloatArray) -> FloatArray:
     )
     largest = np.argmax(np.diagonal(rows), axis=1)
     chosen: FloatArray = rows[largest, :, np.arange(len(R))]
-    return chosen / np.linalg.norm(chosen, axis=1, keepdims=True)
+    chosen /= np.linalg.norm(chosen, axis=1, keepdims=True)
+    return chosen
 
 
 def from_quaternions(name: str, quaternions: FloatArray) -> FloatArray:
@@ -68,19 +69,22 @@ def from_quaternions(name: str, quaternions: FloatArray) -> FloatArray:
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
-    return np.moveaxis(np.array(rows), 2, 0)
+    matrices: FloatArray = np.moveaxis(np.array(rows), 2, 0)
+    return matrices
 
 
 def from_rpy(angles: FloatArray) -> FloatArray:
     """Matrices (K, 3, 3) of roll, pitch and yaw (K, 3) [rad] as URDF has them: R = R_z(yaw) R_y(pitch) R_x(roll)."""
     x, y, z = _about(angles)
-    return z @ y @ x
+    turned: FloatArray = z @ y @ x
+    return turned
 
 
 def from_pitch_yaw_roll(angles: FloatArray) -> FloatArray:
     """Matrices (K, 3, 3) of pitch, yaw, roll (K, 3) [rad] as the paper's figures have them, R_y R_z R_x."""
     x, y, z = _about(angles[:, [2, 0, 1]])
-    return y @ z @ x
+    turned: FloatArray = y @ z @ x
+    return turned
 
 
 def _about(angles: FloatArray) -> tuple[FloatArray, ...]:
@@ -91,7 +95,9 @@ def _about(angles: FloatArray) -> tuple[FloatArray, ...]:
 def orientation(name: str, value: Any) -> FloatArray:
     """A rotation matrix from a matrix (3, 3) or a rotation vector (3,) [rad]; InputError otherwise."""
     if np.ndim(value) == 1:
-        return exp(_door.vector(name, value, 3)[None])[0]
+        turned: FloatArray = exp(_door.vector(name, value, 3)[None])[0]
+        return turned
     T = np.eye(4)
     T[:3, :3] = _door.matrix(name, value, (3, 3))
-    return _door.pose(name, T)[:3, :3]
+    R: FloatArray = _door.pose(name, T)[:3, :3]
+    return R

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from stillreach.simulate.rotations import log, orientation
 ATTITUDES = ("keep", "follow")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Waypoints(Course):
     """From point to point on straight lines, from attitude to attitude by the shortest turn.
 
@@ -38,26 +39,34 @@ class Waypoints(Course):
     """
 
     points: FloatArray
-    orientations: tuple[FloatArray | None, ...] | None = None
-    times: FloatArray | None = None
-    duration: float = None  # type: ignore[assignment]  # the last of the times, where they are given
-    profile: str = "constant"
-    ramp: float = RAMP
-    relative: bool = False
+    orientations: tuple[FloatArray | None, ...] | None
+    times: FloatArray | None
+    duration: float
+    profile: str
+    ramp: float
+    relative: bool
 
-    def __post_init__(self) -> None:
-        points = _door.matrix("points", self.points, (None, 3))
-        if len(points) == 0:
+    def __init__(
+        self,
+        points: npt.ArrayLike,
+        *,
+        orientations: Sequence[npt.ArrayLike | None] | None = None,
+        times: npt.ArrayLike | None = None,
+        duration: float | None = None,
+        profile: str = "constant",
+        ramp: float = RAMP,
+        relative: bool = False,
+    ) -> None:
+        places = _door.matrix("points", points, (None, 3))
+        if len(places) == 0:
             raise InputError("points", "none", "one or more points (K, 3)")
-        turns = _orientations(self.orientations, len(points))
-        if (self.times is None) == (self.duration is None):
-            raise InputError("times", "both" if self.times is not None else "neither", "either times or a duration")
-        times = None if self.times is None else rising("times", self.times, len(points), above=0.0)
-        duration = _door.positive("duration", self.duration) if times is None else float(times[-1])
-        profile, ramp = checked_profile(self.profile, self.ramp)
-        settings = {"points": points, "orientations": turns, "times": times, "duration": duration}
-        for name, value in (settings | {"profile": profile, "ramp": ramp}).items():
-            object.__setattr__(self, name, value)
+        if (times is None) == (duration is None):
+            raise InputError("times", "both" if times is not None else "neither", "either times or a duration")
+        moments = None if times is None else rising("times", times, len(places), above=0.0)
+        length = _door.positive("duration", duration) if moments is None else float(moments[-1])
+        turns = _orientations(orientations, len(places))
+        set_fields(self, points=places, orientations=turns, times=moments, duration=length, relative=relative)
+        _set_speed(self, profile, ramp)
 
     def plan(self, T_start: FloatArray) -> Legs:
         """The legs from a pose (4, 4) [m]."""
@@ -98,13 +107,12 @@ class Line(Course):
         InputError: an argument is none of this.
     """
 
-    to: FloatArray | None = None
-    _: KW_ONLY
-    orientation: FloatArray | None = None
+    to: FloatArray | None
+    orientation: FloatArray | None
     duration: float
-    profile: str = "constant"
-    ramp: float = RAMP
-    relative: bool = False
+    profile: str
+    ramp: float
+    relative: bool
 
     def __init__(
         self,
@@ -116,23 +124,16 @@ class Line(Course):
         ramp: float = RAMP,
         relative: bool = False,
     ) -> None:
-        profile, ramp = checked_profile(profile, ramp)
-        settings: dict[str, Any] = {
-            "to": None if to is None else _door.vector("to", to, 3, one_for_all=False),
-            "orientation": None if orientation is None else _turn("orientation", orientation),
-            "duration": _door.positive("duration", duration),
-            "profile": profile,
-            "ramp": ramp,
-            "relative": relative,
-        }
-        for name, value in settings.items():
-            object.__setattr__(self, name, value)
+        point = None if to is None else _door.vector("to", to, 3, one_for_all=False)
+        turn = None if orientation is None else _turn("orientation", orientation)
+        set_fields(self, to=point, orientation=turn, duration=_door.positive("duration", duration), relative=relative)
+        _set_speed(self, profile, ramp)
 
     def plan(self, T_start: FloatArray) -> Legs:
         """The one leg from a pose (4, 4) [m]."""
         here = np.zeros(3) if self.relative else T_start[:3, 3]
         way = Waypoints(
-            points=np.array([here if self.to is None else self.to]),
+            np.array([here if self.to is None else self.to]),
             orientations=(self.orientation,),
             duration=self.duration,
             profile=self.profile,
@@ -142,7 +143,7 @@ class Line(Course):
         return way.plan(T_start)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Circle(Course):
     """Round an axis, from wherever the point is; its distance from the axis is the radius.
 
@@ -162,26 +163,35 @@ class Circle(Course):
 
     centre: FloatArray
     axis: FloatArray
-    angle: float = 2.0 * np.pi
+    angle: float
     duration: float
-    attitude: str = "keep"
-    profile: str = "constant"
-    ramp: float = RAMP
-    relative: bool = False
+    attitude: str
+    profile: str
+    ramp: float
+    relative: bool
 
-    def __post_init__(self) -> None:
-        profile, ramp = checked_profile(self.profile, self.ramp)
-        settings: dict[str, Any] = {
-            "centre": _door.vector("centre", self.centre, 3, one_for_all=False),
-            "axis": _door.unit_vector("axis", self.axis),
-            "angle": _door.scalar("angle", self.angle),
-            "duration": _door.positive("duration", self.duration),
-            "attitude": _door.choice("attitude", self.attitude, ATTITUDES),
-            "profile": profile,
-            "ramp": ramp,
-        }
-        for name, value in settings.items():
-            object.__setattr__(self, name, value)
+    def __init__(
+        self,
+        *,
+        centre: npt.ArrayLike,
+        axis: npt.ArrayLike,
+        duration: float,
+        angle: float = 2.0 * np.pi,
+        attitude: str = "keep",
+        profile: str = "constant",
+        ramp: float = RAMP,
+        relative: bool = False,
+    ) -> None:
+        set_fields(
+            self,
+            centre=_door.vector("centre", centre, 3, one_for_all=False),
+            axis=_door.unit_vector("axis", axis),
+            angle=_door.scalar("angle", angle),
+            duration=_door.positive("duration", duration),
+            attitude=_door.choice("attitude", attitude, ATTITUDES),
+            relative=relative,
+        )
+        _set_speed(self, profile, ramp)
 
     def plan(self, T_start: FloatArray) -> Arc:
         """The arc from a pose (4, 4) [m].
@@ -198,6 +208,20 @@ class Circle(Course):
         return Arc(
             T_start, centre, self.axis, self.angle, self.duration, self.profile, self.ramp, self.attitude == "follow"
         )
+
+
+def set_fields(course: Course, **fields: Any) -> None:
+    """Fill the fields of a frozen course; ``relative`` is true or false and nothing else."""
+    if not isinstance(fields["relative"], bool):
+        raise InputError("relative", _door.describe(fields["relative"]), "True or False")
+    for name, value in fields.items():
+        object.__setattr__(course, name, value)
+
+
+def _set_speed(course: Course, profile: str, ramp: float) -> None:
+    word, number = checked_profile(profile, ramp)
+    object.__setattr__(course, "profile", word)
+    object.__setattr__(course, "ramp", number)
 
 
 def rising(name: str, value: npt.ArrayLike, n: int, *, above: float = -np.inf) -> FloatArray:

@@ -8,7 +8,19 @@ import time
 from importlib import metadata
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+import stillreach as sr
+
+LONG = """
+start = [0, -50, 0, -30, 0, 70, 0, 30, 0, 0, 0]
+period = 0.0001
+units = { length = "m", angle = "degree" }
+robot = { arm = "nasa_modular" }
+motion = [{ kind = "twist", twist = [-0.001, 0, 0, 0, 0, 0], duration = 200 }]
+"""
+"""Two million ticks."""
 
 COMMAND = Path(sys.executable).with_name("stillreach")
 
@@ -25,7 +37,10 @@ def test_the_version_is_the_installed_one() -> None:
 def test_help_names_every_command() -> None:
     done = stillreach("--help")
     assert done.returncode == 0
-    assert all(command in done.stdout for command in ("paper", "doctor"))
+    commands = ("run", "compare", "inspect", "arms", "schema", "paper", "doctor")
+    assert all(f"\n  {command} " in done.stdout for command in commands)
+    assert max(map(len, done.stdout.splitlines())) <= 80
+    assert "..." not in done.stdout.partition("Commands:")[2]  # every line of the list is whole
 
 
 @pytest.mark.parametrize("option", ["--help", "--version"])
@@ -91,14 +106,38 @@ def test_the_doctor_says_how_to_get_what_is_missing() -> None:
     assert "pip install 'stillreach[plot]'" in done.stdout
 
 
-def test_ctrl_c_exits_with_130(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    command = [COMMAND, "paper", "--out", out, "--step", "0.001"]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+def interrupted(arguments: list[str | Path], out: Path) -> tuple[int, str, str]:
+    """Exit code, output and messages of a command that gets Ctrl-C a moment after its folder is there."""
+    process = subprocess.Popen(
+        [COMMAND, *arguments, "--out", out], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
     give_up = time.monotonic() + 60
     while not out.exists() and process.poll() is None and time.monotonic() < give_up:
         time.sleep(0.02)
+    time.sleep(0.5)
     process.send_signal(signal.SIGINT)
-    _, messages = process.communicate(timeout=60)
-    assert process.returncode == 130
+    output, messages = process.communicate(timeout=60)
+    return process.returncode, output, messages
+
+
+def test_ctrl_c_exits_with_130(tmp_path: Path) -> None:
+    code, _, messages = interrupted(["paper", "--step", "0.001"], tmp_path / "out")
+    assert code == 130
     assert "Traceback" not in messages
+
+
+@pytest.mark.parametrize("command", ["run", "compare"])
+def test_ctrl_c_keeps_what_was_computed(tmp_path: Path, command: str) -> None:
+    scenario = tmp_path / "long.toml"
+    scenario.write_text(LONG, encoding="utf-8")
+    code, output, messages = interrupted([command, scenario, "--no-plot"], tmp_path / "out")
+    assert code == 130
+    assert "what was computed is kept" in messages
+    assert "Traceback" not in messages
+    records = list((tmp_path / "out").glob("*.nc"))
+    assert len(records) == 1
+    kept = sr.Run.load(records[0])
+    assert kept.attrs["interrupted"] == 1
+    assert 0 < len(kept) < 2_000_001
+    assert np.all(np.isfinite(kept.q))
+    assert "interrupted" in output or "broken off" in output

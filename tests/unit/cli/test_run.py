@@ -88,6 +88,15 @@ def test_the_law_of_an_option_keeps_the_weights_of_the_scenario(stillreach, tmp_
     assert f"weights={scenario.law.weights!r}" in found["law"]
 
 
+def test_a_law_of_the_scenarios_kind_keeps_its_settings_but_for_those_that_are_given(stillreach, tmp_path):
+    text = (tmp_path / "reach.toml").read_text()
+    (tmp_path / "gain.toml").write_text(text + 'law = { kind = "least-error", max_gain = 55 }\n')
+    laws = "least-error,least-error:max_gain=3,least-error:rank_tolerance=1e-9,keep-direction"
+    found = json.loads(stillreach("compare", "gain.toml", "--json", "--no-plot", "--laws", laws).out)["laws"]
+    gains = [law["law"].partition("max_gain=")[2] for law in found.values()]
+    assert gains == ["55.0)", "3.0)", "55.0)", ""]
+
+
 def test_without_extras_the_run_is_kept_and_the_user_told(stillreach, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "h5netcdf", None)
     monkeypatch.setitem(sys.modules, "matplotlib", None)

@@ -9,6 +9,8 @@ import numpy as np
 from stillreach.arm import Arm
 from stillreach.errors import InputError, ScenarioFileError
 from stillreach.faults import Derated, Fault, FaultKind, Locked, Runaway
+from stillreach.simulate.course import Course
+from stillreach.simulate.motion import TICK_TOLERANCE, Twist
 from stillreach.simulate.scenario import Scenario
 from stillreach.simulate.scenario_file.document import Document
 from stillreach.simulate.scenario_file.mistakes import form_mistakes
@@ -35,7 +37,7 @@ def scenario_of(document: Document) -> Scenario:
     _check_times(reading, settings["motion"])
     if arm is not None:
         settings |= _of_joints(reading, arm)
-    if not reading.mistakes:
+    if arm is not None and not reading.mistakes:
         try:
             return Scenario(arm=arm, **settings)
         except InputError as error:
@@ -95,17 +97,13 @@ def _check_loop(reading: Reading) -> None:
                 reading.wrong((key,), "a setting of the feedback in an open loop", 'loop = "closed" with it')
 
 
-def _check_times(reading: Reading, motion: list[Any] | None) -> None:
+def _check_times(reading: Reading, motion: list[Twist | Course] | None) -> None:
     """Durations, the period and the times of faults against each other."""
-    parts = [None if part is None else part.duration for part in motion or ()]
-    for place, part in enumerate(parts[:-1]):
-        if part is None:
-            reading.wrong(("motion", place, "duration"), "nothing", "a duration: only the last motion may have none")
-    total = None if not parts or None in parts else float(sum(parts))
+    total, endless = _length(reading, motion)
     duration = reading.value("duration")
-    if duration is None and motion and not reading.document.content.get("duration") and parts[-1] is None:
+    if endless and not reading.given("duration"):
         reading.wrong(("duration",), "nothing", "this key: the motion has no end of its own")
-    if duration is not None and total is not None and duration < total * (1.0 - 1e-9):
+    if duration is not None and total is not None and duration < total * (1.0 - TICK_TOLERANCE):
         reading.wrong(("duration",), f"{duration:g} s", f"at least the {total:g} s of the motion")
     end = (total if duration is None else duration) if reading.good("duration") else None
     period = reading.value("period")
@@ -117,3 +115,18 @@ def _check_times(reading: Reading, motion: list[Any] | None) -> None:
             reading.wrong(("faults", place, "at"), f"{at:g} s", f"an onset before the end at {end:g} s")
         if until is not None and until <= (at or 0.0):
             reading.wrong(("faults", place, "until"), f"{until:g} s", f"a time after the onset at {at or 0.0:g} s")
+
+
+def _length(reading: Reading, motion: list[Twist | Course] | None) -> tuple[float | None, bool]:
+    """How long the motion takes [s], None where that cannot be told, and whether its last part has no end."""
+    total: float | None = 0.0
+    endless = False
+    for place in range(reading.count("motion")):
+        last = place == reading.count("motion") - 1
+        length = motion[place].duration if motion is not None else reading.value("motion", place, "duration")
+        open_end = reading.value("motion", place, "kind") == "twist" and not reading.given("motion", place, "duration")
+        if open_end and not last:
+            reading.wrong(("motion", place, "duration"), "nothing", "a duration: only the last motion may have none")
+        endless = open_end and last
+        total = None if total is None or length is None else total + length
+    return total, endless

@@ -117,9 +117,9 @@ def _unreadable(name: str, got: str, expected: str) -> ScenarioFileError:
 def _syntax_error(text: str, name: str, message: str) -> ScenarioFileError:
     """The one mistake that the parser stopped at, with its line."""
     found = AT_LINE.search(message)
-    line = int(found[1]) if found else text.count("\n") + 1
+    line = int(found[1]) if found else text.rstrip().count("\n") + 1
     rows = text.split("\n")
-    row = rows[line - 1].strip() if line <= len(rows) else ""
+    row = rows[min(line, len(rows)) - 1].strip()
     reason = AT_LINE.sub("", message).replace("(at end of document)", "").strip()
     column = f" (column {found[2]})" if found else ""
     got = f"{row[:80]!r}{column}" if row else f"the end of the file{column}"

@@ -23,9 +23,11 @@ from stillreach.simulate.scenario_file.robot_forms import FILE
 
 Profile = Literal["constant", "trapezoidal", "minimum-jerk"]
 Ramp = Annotated[float, Field(gt=0.0, le=0.5)]
-PROFILE = Field("constant", description="Speed along the way; the last two start and end at rest.")
-RAMP = Field(None, description="Part of the time in which trapezoidal speeds up, and slows down again; 0.25 if absent.")
-RELATIVE = Field(False, description="Positions are shifts and orientations turns from the pose at the beginning.")
+PROFILE: Any = Field("constant", description="Speed along the way; the last two start and end at rest.")
+RAMP: Any = Field(
+    None, description="Part of the time in which trapezoidal speeds up, and slows down again; 0.25 if absent."
+)
+RELATIVE: Any = Field(False, description="Positions are shifts and orientations turns from the pose at the beginning.")
 
 
 class TwistMotion(Table):

@@ -128,6 +128,9 @@ def rotation(name: str, table: dict[str, Any], units: Units) -> FloatArray:
     ((form, numbers),) = table.items()
     rows = np.array([numbers], dtype=float)
     if form == "quaternion":
-        return from_quaternions(f"{name}.{form}", rows)[0]
-    make = {"rotation_vector": exp, "rpy": from_rpy, "pitch_yaw_roll": from_pitch_yaw_roll}[form]
-    return make(rows * units.angle)[0]
+        matrices = from_quaternions(f"{name}.{form}", rows)
+    else:
+        make = {"rotation_vector": exp, "rpy": from_rpy, "pitch_yaw_roll": from_pitch_yaw_roll}[form]
+        matrices = make(rows * units.angle)
+    matrix: FloatArray = matrices[0]
+    return matrix

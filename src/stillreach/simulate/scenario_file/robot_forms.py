@@ -13,7 +13,7 @@ from stillreach.simulate.scenario_file.forms import MOST_JOINTS, JointName, NotN
 class BuiltInRobot(Table):
     """An arm that comes with stillreach."""
 
-    arm: Text = Field(description="Its name.", json_schema_extra={"enum": sorted(catalogue.__all__)})
+    arm: Text = Field(description="Its name.", json_schema_extra={"enum": [*sorted(catalogue.__all__)]})
     n: Annotated[int, Field(ge=1, le=MOST_JOINTS)] | None = Field(None, description="Number of joints (planar, snake).")
     lengths: Annotated[list[NotNegative], Field(min_length=1, max_length=MOST_JOINTS)] | None = Field(
         None, description="Lengths of the segments [length] (nasa_modular)."
@@ -76,7 +76,13 @@ class MjcfRobot(FileRobot):
     mjcf: Text = Field(description=f"The file, {FILE}")
 
 
-ROBOTS = {"arm": BuiltInRobot, "modules": ModuleRobot, "dh": DHRobot, "urdf": UrdfRobot, "mjcf": MjcfRobot}
+ROBOTS: dict[str, type[Table]] = {
+    "arm": BuiltInRobot,
+    "modules": ModuleRobot,
+    "dh": DHRobot,
+    "urdf": UrdfRobot,
+    "mjcf": MjcfRobot,
+}
 """What a robot table can be, by the key that says so."""
 
 

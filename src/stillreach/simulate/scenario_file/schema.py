@@ -23,7 +23,7 @@ from stillreach.simulate.scenario_file.forms import (
     UnitsTable,
     exactly,
 )
-from stillreach.simulate.scenario_file.law_forms import LAWS, NULL_MOTIONS, LawChoice, LeastErrorLaw, NullMotionChoice
+from stillreach.simulate.scenario_file.law_forms import LAWS, NULL_MOTIONS, LawChoice, NullMotionChoice
 from stillreach.simulate.scenario_file.motion_forms import MOTIONS, MotionTable
 from stillreach.simulate.scenario_file.robot_forms import Robot
 from stillreach.simulate.scenario_file.task_forms import TaskTable
@@ -44,7 +44,7 @@ class ScenarioTable(Table):
     )
     motion: Motions = Field(description="What the tool is to do, in order.")
     faults: Faults = Field([], description="What fails when.")
-    law: LawChoice = Field(LeastErrorLaw(kind="least-error"), description="How the rates are found.")
+    law: LawChoice | None = Field(None, description="How the rates are found; least-error if absent.")
     task: TaskTable | None = Field(None, description="Which part of the motion is the task; the whole pose if absent.")
     null_motion: NullMotionChoice | None = Field(None, description="What the freedom that is left is used for.")
     period: Time = Field(0.01, description="Time between ticks [s].")

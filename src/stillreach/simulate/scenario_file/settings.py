@@ -24,6 +24,14 @@ LAWS: dict[str, type[Law]] = {
 }
 
 
+NULL_MOTIONS: dict[str, type[NullMotion]] = {
+    "manipulability": Manipulability,
+    "centring": Centring,
+    "posture": Posture,
+    "rates": Rates,
+}
+
+
 def law_of(reading: Reading) -> Law | None:
     """The law; None for the default."""
     table = reading.value("law")
@@ -87,18 +95,13 @@ def null_motion_of(reading: Reading, arm: Arm) -> NullMotion | None:
     table = reading.value("null_motion")
     if table is None:
         return None
-    settings = {"gain": table["gain"]} if "gain" in table else {}
+    kind: Any = NULL_MOTIONS[table["kind"]]
+    settings: dict[str, Any] = {"gain": table["gain"]} if "gain" in table else {}
     if "max_rate" in table:
         settings["max_rate"] = table["max_rate"] * reading.units.largest_rate(arm.kinds)
-    match table["kind"]:
-        case "manipulability":
-            return Manipulability(**settings)
-        case "centring":
-            return Centring(**settings)
-        case "posture":
-            return Posture(q=vectors["q"], **settings)
-        case _:
-            return Rates(rates=vectors["rates"], **settings)
+    settings |= {key: vector for key, vector in vectors.items() if vector is not None}
+    motion: NullMotion = kind(**settings)
+    return motion
 
 
 def limits_of(reading: Reading, arm: Arm) -> dict[str, np.ndarray]:

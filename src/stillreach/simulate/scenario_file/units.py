@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from stillreach._door import FloatArray
 
@@ -38,10 +39,10 @@ class Units:
         """(6,) factors of [v; w]."""
         return np.array([self.length] * 3 + [self.angle] * 3)
 
-    def joints(self, kinds: FloatArray) -> FloatArray:
+    def joints(self, kinds: npt.ArrayLike) -> FloatArray:
         """(n,) factors of joint values, from the kinds of the joints (1: prismatic)."""
         return np.where(np.asarray(kinds) == 1, self.length, self.angle)
 
-    def largest_rate(self, kinds: FloatArray) -> float:
+    def largest_rate(self, kinds: npt.ArrayLike) -> float:
         """Factor of a rate that is one number for joints of both kinds: lengths only where all joints are slides."""
         return self.length if np.all(np.asarray(kinds) == 1) else self.angle
