@@ -9,6 +9,14 @@ STILLREACH_BEGIN
 STILLREACH_INLINE void lift(double value, double& to) { to = value; }
 STILLREACH_INLINE void lift(double value, Pack& to) { to = broadcast(value); }
 
+STILLREACH_INLINE void sine_cosine(double angle, double& sine, double& cosine) { sincos(&angle, 1, &sine, &cosine); }
+STILLREACH_INLINE void sine_cosine(Pack angles, Pack& sine, Pack& cosine) {
+  double at[4], sines[4], cosines[4];
+  store(at, angles);
+  sincos(at, 4, sines, cosines);
+  sine = load(sines), cosine = load(cosines);
+}
+
 // sum += a x b.
 template <class T>
 STILLREACH_INLINE void cross_add(const T* a, const T* b, T* sum) {
@@ -46,7 +54,7 @@ inline void walk_coupled(const ArmView& arm, const T* q, T* frame, Visit visit) 
     lift(c.offset[a], position);
     position = madd(factor, q[c.leader[a]], position);
     if (arm.kinds[a] == REVOLUTE) {
-      sincos(&position, 1, &sine, &cosine);
+      sine_cosine(position, sine, cosine);
       for (int r = 0; r < 3; ++r) {
         frame[r] = madd(cosine, next[r], sine * next[3 + r]);
         frame[3 + r] = madd(cosine, next[3 + r], -(sine * next[r]));
@@ -60,7 +68,7 @@ inline void walk_coupled(const ArmView& arm, const T* q, T* frame, Visit visit) 
 
 // As kinematics(): v = w x (p_tool - p) of all that follow a joint is (sum of w) x p_tool - sum of w x p.
 template <class T>
-STILLREACH_NOINLINE inline void coupled_kinematics(const ArmView& arm, const T* q, T* pose, T* jacobian) {
+inline STILLREACH_NOINLINE void coupled_kinematics(const ArmView& arm, const T* q, T* pose, T* jacobian) {
   if (!jacobian) return walk_coupled(arm, q, pose, [](int, T, const T*, const T*) {});
   for (int i = 0; i < 6 * arm.n; ++i) lift(0.0, jacobian[i]);
   walk_coupled(arm, q, pose, [&arm, jacobian](int a, T factor, const T* at, const T* axis) {
@@ -85,7 +93,7 @@ STILLREACH_INLINE void arm_kinematics(const ArmView& arm, const T* q, T* scratch
 
 // The end of manipulability_gradient() where joints are coupled: the same sums, over the chain's joints. tool: its position.
 // force: row j of J^+ (6 each) for the k working joints; turned: what tool axes turn with, or zeros.
-STILLREACH_NOINLINE inline void coupled_gradient(const ArmView& arm, const double* q, const double* tool, const double* force,
+inline STILLREACH_NOINLINE void coupled_gradient(const ArmView& arm, const double* q, const double* tool, const double* force,
                                                  const int* joint, int k, const double* total, const double* turned, double* gradient) {
   double suffix[3] = {total[0], total[1], total[2]}, prefix[3] = {0, 0, 0}, frame[12];
   for (int i = 0; i < arm.n; ++i) gradient[i] = 0.0;
