@@ -6,6 +6,7 @@
 #include "bounds.hpp"
 #include "kinematics.hpp"
 #include "coupled.hpp"
+#include "lane_kinematics.hpp"
 #include "lane_laws.hpp"
 #include "null_motion.hpp"
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "coupled.hpp"
+#include "lane_kinematics.hpp"
 #include "null_motion.hpp"
 #include "spectrum.hpp"
 #include "system.hpp"

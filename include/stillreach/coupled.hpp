@@ -2,7 +2,7 @@
 // follow. An arm without such joints takes one branch more. Written for numbers (double) and for lanes (Pack).
 #pragma once
 
-#include "lane_kinematics.hpp"
+#include "kinematics.hpp"
 
 STILLREACH_BEGIN
 
