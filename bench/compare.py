@@ -99,6 +99,7 @@ def main() -> None:
                 race(peers, problem, seconds, size.turn, lambda: keep(asked.json, machine, tables))
         except KeyboardInterrupt:
             say("\ninterrupted: what was measured until then")
+            asked.write = False
         finally:
             for peer in (*tables[0], *tables[1]):
                 peer.stop()

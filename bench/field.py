@@ -65,7 +65,7 @@ class Peer:
             command = [sys.executable, "-m", "bench.worker", self.entry.key, str(self.folder)]
             with (self.folder / f"{self.entry.key}.log").open("w") as log:
                 pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": log}
-                settings = {"cwd": ROOT, "env": {**os.environ, **ONE_THREAD}, "text": True}
+                settings = {"cwd": ROOT, "env": {**os.environ, **ONE_THREAD}, "text": True, "start_new_session": True}
                 self.process = subprocess.Popen(command, **pipes, **settings)
             said = self._read(READY)
             self.versions = said["versions"]

@@ -23,6 +23,8 @@ from bench.peers.base import Robot
 from bench.problem import PATH, Problem
 
 Run = Callable[[slice], object]
+PIECE = 1e-4
+"""[s] that a timed piece of the work takes at most, if it is more than one tick."""
 SAME_ARM = 1e-9
 """Largest difference between a peer's Jacobian and ours for them to be the same arm."""
 
@@ -73,6 +75,17 @@ def tick_run(peer: Any, problem: Problem) -> Run:
     return run
 
 
+def pieces(run: Run, ticks: int) -> list[slice]:
+    """The ticks in pieces of about equal time for fast and slow peers: what else the machine does hits all alike."""
+    run(slice(0, PATH))
+    began = time.perf_counter()
+    run(slice(0, PATH))
+    taken, length = time.perf_counter() - began, PATH
+    while length > 1 and taken * length / PATH > PIECE:
+        length //= 2
+    return [slice(start, start + length) for start in range(0, ticks, length)]
+
+
 def timed(run: Run, parts: list[slice], seconds: float) -> list[list[float]]:
     """[µs] of one row in each part, of as many passes as fit, one at least, after one part to warm up."""
     passes: list[list[float]] = []
@@ -101,8 +114,8 @@ def set_up(key: str, folder: Path) -> tuple[Run, list[slice], dict[str, Any]]:
         run: Run = lambda part: peer.solve(q, twist)  # noqa: E731
     else:
         answers = np.array([peer.tick(q, twist).copy() for q, twist in zip(problem.q, problem.twist, strict=True)])
-        parts = [slice(start, start + PATH) for start in range(0, len(problem), PATH)]
         run = tick_run(peer, problem)
+        parts = pieces(run, len(problem))
     np.save(folder / f"{key}.npy", answers)
     versions = {name: metadata.version(name) for name in entry.load().packages}
     return run, parts, {"event": "ready", "model_error": error, "versions": versions}

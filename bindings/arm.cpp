@@ -44,14 +44,14 @@ constexpr long kRowsAlone = 512;  // fewer are not worth waking a thread
 // All rows of b, without the interpreter's lock, on several threads where there are many; Ctrl-C ends it.
 static void each_row(const stillreach::KinematicsBatch& b, long count) {
   const std::size_t wanted = kernel().kinematics_doubles(b.arm.n, b.count, b.metric.joints != nullptr) + 4;
-  const auto work = [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+  const auto work = [&](std::ptrdiff_t first, std::ptrdiff_t last, const Stopped&) {
     static thread_local std::vector<double> scratch;
     if (scratch.size() < wanted) scratch.resize(wanted);
     double* start = scratch.data();
     while (reinterpret_cast<std::uintptr_t>(start) % 32 != 0) ++start;
     kernel().kinematics_rows(b, first, last, start);
   };
-  if (count <= kRowsAtOnce) return work(0, count);
+  if (count <= kRowsAtOnce) return work(0, count, {});
   bool finished;
   {
     const nb::gil_scoped_release released;

@@ -22,11 +22,13 @@ static long process() { return 0; }
 
 namespace {
 
+constexpr std::chrono::milliseconds kPatience{50};
+
 class Pool {
  public:
   std::mutex busy;  // one batch at a time
-  // Runs `job` on `helpers` threads and on this one.
-  void run(int helpers, const std::function<void()>& job, const std::function<void()>& own) {
+  // Runs `job` on `helpers` threads and `own` on this one; `meanwhile` is called now and then while the others go on.
+  void run(int helpers, const std::function<void()>& job, const std::function<void()>& own, const std::function<bool()>& meanwhile) {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       helpers = start(helpers);
@@ -35,7 +37,11 @@ class Pool {
     wake_.notify_all();
     own();
     std::unique_lock<std::mutex> lock(mutex_);
-    done_.wait(lock, [this] { return running_ == 0; });
+    while (!done_.wait_for(lock, kPatience, [this] { return running_ == 0; })) {
+      lock.unlock();
+      meanwhile();
+      lock.lock();
+    }
     job_ = nullptr;
   }
 
@@ -101,35 +107,33 @@ int default_threads() {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-bool run_blocks(std::ptrdiff_t count, std::ptrdiff_t block, int threads, const std::function<void(std::ptrdiff_t, std::ptrdiff_t)>& work,
-                const std::function<bool()>& between) {
+bool run_blocks(std::ptrdiff_t count, std::ptrdiff_t block, int threads,
+                const std::function<void(std::ptrdiff_t, std::ptrdiff_t, const Stopped&)>& work, const std::function<bool()>& between) {
   std::atomic<std::ptrdiff_t> next{0};
   std::atomic<bool> stop{false};
-  const auto take = [&](const std::function<void()>& after) {
-    while (!stop.load(std::memory_order_relaxed)) {
+  const auto take = [&](const Stopped& stopped) {
+    while (!stopped()) {
       const std::ptrdiff_t first = next.fetch_add(block);
       if (first >= count) return;
-      work(first, std::min(first + block, count));
-      after();
+      work(first, std::min(first + block, count), stopped);
     }
   };
   auto last = std::chrono::steady_clock::now();
-  const std::function<void()> own = [&] {
-    take([&] {
-      const auto now = std::chrono::steady_clock::now();
-      if (now - last < std::chrono::milliseconds(50)) return;
-      last = now;
-      if (!between()) stop = true;
-    });
+  const Stopped told = [&] { return stop.load(std::memory_order_relaxed); };
+  const Stopped asked = [&] {  // by the calling thread
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last < kPatience) return told();
+    last = now;
+    if (!stop && !between()) stop = true;
+    return told();
   };
-  const std::function<void()> job = [&] { take([] {}); };
   const int helpers = static_cast<int>(std::min<std::ptrdiff_t>(threads, (count + block - 1) / block)) - 1;
   Pool* shared = helpers > 0 ? &pool() : nullptr;
   if (shared && shared->busy.try_lock()) {
     const std::lock_guard<std::mutex> lock(shared->busy, std::adopt_lock);
-    shared->run(helpers, job, own);
+    shared->run(helpers, [&] { take(told); }, [&] { take(asked); }, asked);
   } else {
-    own();  // another thread's batch has the pool
+    take(asked);  // another thread's batch has the pool
   }
   return !stop;
 }

@@ -89,9 +89,12 @@ inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* int
   return b;
 }
 
-// One row's bounds with position limits and acceleration window, as a controller's tick makes them. False where the
-// acceleration limit was given up. to: 2 n numbers.
-inline bool limited_bounds(const Batch& b, std::ptrdiff_t row, double* to, std::int8_t* bytes) {
+// One row's bounds with position limits and acceleration window, as a controller's tick makes them. Returns what that does to
+// the row's status: (status & kept) | added. to: 2 n numbers.
+struct LimitedStatus {
+  std::int32_t added, kept;
+};
+inline LimitedStatus limited_bounds(const Batch& b, std::ptrdiff_t row, double* to, std::int8_t* bytes) {
   const int n = b.arm.n;
   const double *low = b.lower + row * b.bounds_stride, *high = b.upper + row * b.bounds_stride;
   ControllerState c{};
@@ -100,12 +103,14 @@ inline bool limited_bounds(const Batch& b, std::ptrdiff_t row, double* to, std::
   c.acceleration = const_cast<double*>(b.acceleration), c.last = const_cast<double*>(b.last + row * n);
   c.rate_lower = const_cast<double*>(low), c.rate_upper = const_cast<double*>(high), c.fault_value = const_cast<double*>(low);
   c.health = bytes, c.lower_reason = bytes + n, c.upper_reason = bytes + 2 * n;
-  bool kept = true;
+  bool kept = true, runaway = false;
   for (int i = 0; i < n; ++i) {
     c.health[i] = low[i] < high[i] ? HEALTHY : RUNAWAY;
+    runaway |= !(low[i] < high[i]) && low[i] != 0.0;
     kept &= joint_bounds(c, i, b.q[row * n + i]);
   }
-  return kept;
+  // A window that leaves one rate is no fault.
+  return {kept ? OK : LIMIT_GIVEN_UP, runaway ? ~OK : ~FAULT_NOT_COMPENSATED};
 }
 
 // Rows that are no question: a number that is none, or bounds that leave no rate.
@@ -198,13 +203,13 @@ inline STILLREACH_NOINLINE void solve_alone(const Batch& b, std::ptrdiff_t row, 
     for (int i = 0; i < n; ++i)
       for (int r = 0; r < m; ++r) b.jacobian[(row * m + r) * n + i] = task[m * i + r];
   const double *low = b.lower + row * b.bounds_stride, *high = b.upper + row * b.bounds_stride;
-  bool kept = true;
-  if (b.acceleration) kept = limited_bounds(b, row, bounds, w.bytes + n), low = bounds, high = bounds + n;
+  LimitedStatus limited{OK, ~OK};
+  if (b.acceleration) limited = limited_bounds(b, row, bounds, w.bytes + n), low = bounds, high = bounds + n;
   for (int i = 0; i < n; ++i) active[i] = 0;
   const Problem p{m, n, task, twist, low, high, b.reference ? b.reference + row * b.reference_stride : nullptr, b.metric};
   Answer out{rates, residual, active, nullptr, OK, 0, 0.0, 1.0, 0.0};
   solve_law(b.law, p, w.workspace, out);
-  if (!kept) out.status |= LIMIT_GIVEN_UP;
+  out.status = (out.status & limited.kept) | limited.added;
   write_single(b, row, out);
 }
 
@@ -267,16 +272,17 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
         doubt += w.jacobian[M * i + r] - w.jacobian[M * i + r];
       }
   }
-  Mask good = doubt == zero_pack(), kept = every_lane();
+  LimitedStatus limited[kLanes];
   if (b.acceleration) {
-    double* limited = w.single;
     for (int l = 0; l < kLanes; ++l) {
-      low[l] = limited + 2 * n * l, high[l] = low[l] + n;
-      if (!limited_bounds(b, row[l], limited + 2 * n * l, w.bytes)) kept[l] = 0;
+      double* to = w.single + 2 * n * l;
+      low[l] = to, high[l] = to + n, limited[l] = limited_bounds(b, row[l], to, w.bytes);
+      for (int i = 0; i < n; ++i) doubt[l] += b.last[row[l] * n + i] - b.last[row[l] * n + i];
     }
   } else {
     for (int l = 0; l < kLanes; ++l) low[l] = b.lower + row[l] * b.bounds_stride, high[l] = b.upper + row[l] * b.bounds_stride;
   }
+  Mask good = doubt == zero_pack();
   if (b.acceleration || b.bounds_stride != 0) {
     load_lanes(low, n, w.lower), load_lanes(high, n, w.upper);
     for (int i = 0; i < n; ++i)
@@ -288,7 +294,6 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
   good &= solve_lanes<M>(b.law, p, deep, b.residual || b.task_error, w.system, out);
   const int answered = lane_bits(good) & lanes;
   if (!answered) return 0;
-  out.status |= flag(~kept, LIMIT_GIVEN_UP);
   double* to[kLanes];
   const auto write = [&](double* base, int count, const Pack* values) {
     for (int l = 0; l < kLanes; ++l) to[l] = base + row[l] * count;
@@ -298,7 +303,10 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
   alignas(32) long long status[kLanes];
   __builtin_memcpy(status, &out.status, sizeof status);
   for (int l = 0; l < kLanes; ++l)
-    if (answered & 1 << l) b.status[row[l]] = static_cast<std::int32_t>(status[l]);
+    if (answered & 1 << l) {
+      const std::int32_t own = static_cast<std::int32_t>(status[l]);
+      b.status[row[l]] = b.acceleration ? (own & limited[l].kept) | limited[l].added : own;
+    }
   if (b.residual) write(b.residual, M, out.residual);
   if (b.damping) write(b.damping, 1, &out.damping);
   if (b.scale) write(b.scale, 1, &out.scale);

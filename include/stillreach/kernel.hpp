@@ -4,6 +4,7 @@
 #include "arm.hpp"
 #include "batch.hpp"
 #include "batch_kinematics.hpp"
+#include "batch_rollout.hpp"
 #include "coupled.hpp"
 #include "rollout.hpp"
 
@@ -30,6 +31,9 @@ struct Kernel {
   std::size_t (*batch_doubles)(int n, bool full_joint_weight);
   std::size_t (*batch_ints)(int n);
   std::size_t (*batch_bytes)(int n);
+  // Rows first to last - 1, at most kRolloutBlock, of a batch of rollouts. doubles: rollout_doubles more.
+  void (*rollout_rows)(const BatchRollout& r, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory, double* doubles);
+  std::size_t (*rollout_doubles)(int n);
   // Rows first to last - 1 of poses, Jacobians, singular values. doubles: as many as that says, on a 32-byte boundary.
   void (*kinematics_rows)(const KinematicsBatch& b, std::ptrdiff_t first, std::ptrdiff_t last, double* doubles);
   std::size_t (*kinematics_doubles)(int n, int count, bool full_joint_weight);
@@ -66,6 +70,13 @@ inline Kernel make_kernel() {
     BatchMemory w = make_batch_memory(b.arm.n, b.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
     solve_rows(b, first, last, w);
   };
+  k.rollout_rows = [](const BatchRollout& r, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory, double* doubles) {
+    const Batch& b = r.batch;
+    BatchMemory w = make_batch_memory(b.arm.n, b.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
+    RolloutMemory own = make_rollout_memory(b.arm.n, doubles);
+    rollout_rows(r, first, last, w, own);
+  };
+  k.rollout_doubles = [](int n) { return rollout_doubles(n); };
   k.batch_doubles = [](int n, bool full) { return batch_doubles(n, full); };
   k.batch_ints = [](int n) { return batch_ints(n); };
   k.batch_bytes = [](int n) { return batch_bytes(n); };

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from stillreach.faults import Derated, Fault, Locked, Runaway
     from stillreach.insight import Check
     from stillreach.laws import KeepDirection, Law, LeastError, Pseudoinverse, SingularityRobust
+    from stillreach.rollouts import BatchRollout, rollout_batch
     from stillreach.simulate import (  # type: ignore[no-redef]
         Circle,
         Line,
@@ -66,6 +67,7 @@ _HOMES = {
     "faults": ("Derated", "Fault", "Locked", "Runaway"),
     "insight": ("Check",),
     "laws": ("KeepDirection", "Law", "LeastError", "Pseudoinverse", "SingularityRobust"),
+    "rollouts": ("BatchRollout", "rollout_batch"),
     "simulate": (
         "Circle",
         "Line",
@@ -85,6 +87,7 @@ _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Arm",
+    "BatchRollout",
     "BatchSolution",
     "Bounds",
     "Centring",
@@ -131,6 +134,7 @@ __all__ = [
     "arms",
     "scenario_names",
     "scenario_schema",
+    "rollout_batch",
     "simulate",
     "solve_batch",
 ]

@@ -111,14 +111,13 @@ def solve_batch(
     metric, model, rows, tool_axes, given = problem
     source = given["q"] if model is not None else given["jacobians"]
     count, m, n = len(source), len(rows), source.shape[-1]
-    given["lower"], given["upper"] = _bounds(bounds, count, n)
+    given["lower"], given["upper"] = bounds_of_rows(bounds, count, n)
     if reference is not None:
         given["reference"] = _rows("reference", reference, count, n)
     given |= _last(arm, model, last_rates, period, count, n)
     answers = _answers(want, model is not None, count, m, n)
     answers["rates"] = np.empty((count, n)) if out is None else _apart("out", out, given)
-    wanted = 0 if threads is None else _threads(threads)
-    _core.solve_batch(law.core(), metric, model, rows, tool_axes, count, given, answers, wanted)
+    _core.solve_batch(law.core(), metric, model, rows, tool_axes, count, given, answers, threads_of(threads))
     return BatchSolution(**answers)
 
 
@@ -131,20 +130,25 @@ def _of_configurations(
     for name, value in (("row_kinds", row_kinds), ("joint_kinds", joint_kinds)):
         if value is not None:
             raise InputError(name, _door.describe(value), "None: the arm and the task say it")
+    metric, model, asked = task_of(arm, law, task)
+    points = _door.array("q", q, "an array (N, n)")
+    if points.ndim != 2 or points.shape[1] != arm.n:
+        raise InputError("q", _door.describe(points), f"an array (N, {arm.n}) of joint values")
+    given = {"q": points, "twist": _rows("twist", twist, len(points), 6)}
+    return metric, model, asked.indices, asked.frame == "tool", given
+
+
+def task_of(arm: Arm, law: Law, task: Any) -> tuple[_core.Metric, _core.ArmModel, Task]:
+    """Metric of the task's rows, the arm with the task's tool, and the task; None is all six rows."""
     asked = Task() if task is None else task
     if not isinstance(asked, Task):
         raise InputError("task", _door.describe(asked), "stillreach.Task")
     if law.weights is not None and asked.weights is not None and law.weights is not asked.weights:
         raise InputError("weights", "different weights of law and task", "weights in one of them")
-    points = _door.array("q", q, "an array (N, n)")
-    if points.ndim != 2 or points.shape[1] != arm.n:
-        raise InputError("q", _door.describe(points), f"an array (N, {arm.n}) of joint values")
     rows = asked.indices
     prismatic = [joint.kind == "prismatic" for joint in arm.joints]
     metric = (law.weights or asked.weights or Weights()).metric([row < 3 for row in rows], prismatic, rows)
-    model = (arm if asked.tool is None else arm.with_tool(arm.tool @ asked.tool)).model
-    given = {"q": points, "twist": _rows("twist", twist, len(points), 6)}
-    return metric, model, rows, asked.frame == "tool", given
+    return metric, (arm if asked.tool is None else arm.with_tool(arm.tool @ asked.tool)).model, asked
 
 
 def _of_jacobians(
@@ -166,7 +170,7 @@ def _of_jacobians(
     return metric, None, tuple(range(m)), False, {"jacobians": matrices, "twist": _rows("twist", twist, count, m)}
 
 
-def _bounds(bounds: Any, count: int, n: int) -> tuple[FloatArray, FloatArray]:
+def bounds_of_rows(bounds: Any, count: int, n: int) -> tuple[FloatArray, FloatArray]:
     """Lower and upper bounds, both (n,) or both (N, n)."""
     if isinstance(bounds, Bounds):
         if bounds.n != n:
@@ -231,8 +235,10 @@ def _apart(name: str, array: Any, given: dict[str, Any]) -> Any:
     return array
 
 
-def _threads(value: Any) -> int:
-    """How many threads; InputError otherwise."""
+def threads_of(value: Any) -> int:
+    """How many threads to use, 0 for the default; InputError otherwise."""
+    if value is None:
+        return 0
     number = _door.count("threads", value)
     if number > MOST_THREADS:
         raise InputError("threads", str(number), f"an integer from 1 to {MOST_THREADS}")

@@ -123,6 +123,7 @@ def ask_alone(law, jacobians, twist, bounds, *, reference=None, row_kinds=None, 
     lower, upper = (bounds.lower, bounds.upper) if isinstance(bounds, sr.Bounds) else bounds
     metric = law._metric(*jacobians.shape[1:], row_kinds, joint_kinds)
     own = lambda values, i: values if values is None or np.ndim(values) == 1 else values[i]  # noqa: E731
+    jacobians, twist = np.ascontiguousarray(jacobians), np.ascontiguousarray(twist)
     answers = [
         _core.solve(law.core(), metric, J, own(twist, i), own(lower, i), own(upper, i), own(reference, i))
         for i, J in enumerate(jacobians)
@@ -157,8 +158,8 @@ def differences(batch, alone, places=None):
         if name == "active":
             have = CODES[have + 1]
         assert have.shape == expected.shape, f"{name}: {have.shape} instead of {expected.shape}"
-        wrong = (bits(have) != bits(expected)).reshape(len(places), -1)
-        for i in np.flatnonzero(wrong.any(axis=1)):
+        wrong = bits(have) != bits(expected)
+        for i in np.flatnonzero(wrong.any(axis=tuple(range(1, wrong.ndim)))):
             found.append(f"row {places[i]}, {name}: {have[i]} instead of {expected[i]}")
     return found
 

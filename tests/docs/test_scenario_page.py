@@ -41,7 +41,7 @@ def test_the_other_file_loads_or_says_which_package_it_lacks(tmp_path: Path) -> 
 def test_the_page_names_every_key_and_every_choice() -> None:
     schema = sr.scenario_schema()
     words = set()
-    for table in (schema, *schema["$defs"].values()):
+    for table in (schema, *schema["definitions"].values()):
         for key, entry in table["properties"].items():
             words.add(key)
             words |= {str(word) for word in [*entry.get("enum", ()), *filter(None, [entry.get("const")])]}

@@ -13,7 +13,7 @@ LAYERS = (
     {"arm"},
     {"bounds", "faults", "task", "status", "insight"},
     {"laws"},
-    {"batch"},
+    {"batch", "rollouts"},
     {"control"},
     {"simulate"},
     {"tolerance"},

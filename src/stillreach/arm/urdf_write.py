@@ -22,6 +22,8 @@ from stillreach.errors import InputError
 if TYPE_CHECKING:
     from stillreach.arm.model import Arm
 
+LONGEST = 900
+"""Characters of a joint's name that its link is called after: readers, ours too, have a limit for all names."""
 NOT_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
@@ -35,7 +37,7 @@ def urdf_text(arm: Arm) -> str:
     parent = names.new("base_link")
     body = [f"  <link name={parent}/>"]
     for moving in arm.chain:
-        child = names.new(f"{moving.joint.name}_link")
+        child = names.new(f"{str(moving.joint.name)[:LONGEST]}_link")
         body += [f"  <link name={child}/>", *_joint(moving, str(arm.joints[moving.leader].name), parent, child)]
         parent = child
     tool = names.new("tool")

@@ -50,15 +50,13 @@ def load_arm(robot: str, *, tip: str | None, base: str | None, fixed: dict[str, 
         RobotFileError: the file cannot be read as an arm.
     """
     from stillreach.arm import Arm
-    from stillreach.simulate.scenario_file.packages import file_at
-
     arm = built_in(robot)
     if arm is not None:
         for option, given in (("--tip", tip), ("--base", base), ("--fixed", fixed)):
             if given:
                 raise InputError(option, repr(given), f"a robot file with it: {robot} is a built-in arm, and whole")
         return arm
-    path = file_at(robot, Path())
+    path = _file(robot)
     if not path.is_file():
         raise InputError("ROBOT", f"{robot!r}, which is no file", EXPECTED + _suggestion(robot))
     read = Arm.from_mjcf if _root_element(path) == b"mujoco" else Arm.from_urdf
@@ -68,6 +66,15 @@ def load_arm(robot: str, *, tip: str | None, base: str | None, fixed: dict[str, 
         if error.argument in OPTIONS and error.choices:
             error.add_note(f"try --{error.argument} {error.choices[0]}{'=0' if error.argument == 'fixed' else ''}")
         raise
+
+
+def _file(robot: str) -> Path:
+    """Where the file is; what reads ``package:`` takes its time to import."""
+    if not robot.startswith("package:"):
+        return Path(robot)
+    from stillreach.simulate.scenario_file.packages import file_at
+
+    return file_at(robot, Path())
 
 
 def built_in(name: str) -> Arm | None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from stillreach._door import FloatArray
+from stillreach.faults import Derated
+from stillreach.simulate.events import fault_changes
 from stillreach.simulate.run import Run
 from stillreach.simulate.scenario import Scenario
 from stillreach.status import Health
@@ -14,9 +16,9 @@ BOUNDS = ("rate", "position", "acceleration")
 
 
 def rate_shares(scenario: Scenario, run: Run) -> FloatArray:
-    """(T, n) each rate as a fraction of its rate limit on that side; 0 where there is none."""
+    """(T, n) each rate as a fraction of its rate limit on that side, derated where the joint is; 0 without a limit."""
     lower, upper = _rate_limits(scenario)
-    limit = np.where(run.rates < 0.0, -lower, upper)
+    limit = np.where(run.rates < 0.0, -lower, upper) * _derating(scenario, len(run))
     share = np.zeros_like(run.rates)
     np.divide(np.abs(run.rates), limit, out=share, where=np.isfinite(limit) & (limit > 0.0))
     return share
@@ -56,6 +58,15 @@ def held_back(scenario: Scenario, run: Run) -> dict[str, dict[str, float]]:
             if ticks:
                 found.setdefault(name, {})[bound] = ticks * scenario.period
     return found
+
+
+def _derating(scenario: Scenario, ticks: int) -> FloatArray:
+    """(ticks, n) what is left of each rate limit, 0 to 1."""
+    left = np.ones((ticks, scenario.arm.n))
+    for tick, changes in sorted(fault_changes(scenario).items()):
+        for joint, kind in changes:
+            left[tick:, joint] = kind.fraction if isinstance(kind, Derated) else 1.0
+    return left
 
 
 def _rate_limits(scenario: Scenario) -> tuple[FloatArray, FloatArray]:

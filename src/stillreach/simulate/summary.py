@@ -41,7 +41,7 @@ class Summary:
         way, turn: length and angle of the commanded motion [m, rad].
         distance, angle: the farthest from where it should be at the time [m, rad].
         task_error: the largest weighted norm of what the rates leave undone of the twist asked for.
-        rate: the largest rate as a fraction of its joint's rate limit; None where no joint has one.
+        rate: the largest rate as a fraction of its joint's limit, derated where that is; None where no joint has one.
         rate_joint: whose; a name.
         rate_value: [rad/s, m/s] that rate.
         statuses: share of the ticks for each status flag that was raised, 0 to 1, OK included.

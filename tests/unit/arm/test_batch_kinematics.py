@@ -126,7 +126,7 @@ WEIGHTS = {
 def test_weights_units_joints_and_the_tools_axes(weights, joints):
     """W1^(1/2) J W2^(-1/2) of the working joints, in the units' multiples, along the axes of the tool."""
     rng = np.random.default_rng(3)
-    slides = [sr.Joint(kind="prismatic", axis=(1, 2, 3)), *sr.arms.canadarm2().joints[:6]]
+    slides = [sr.Joint(name="slide", kind="prismatic", axis=(1, 2, 3)), *sr.arms.canadarm2().joints[:6]]
     arm, given = sr.Arm(slides, tool=placement((0.1, 0.2, 0.3))), WEIGHTS[weights]
     point = placement((0.3, 0.0, -0.1), (1, 2, 3), 1.1)
     task = sr.Task(frame="tool", tool=point, weights=sr.Weights(**given))

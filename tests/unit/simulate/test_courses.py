@@ -8,10 +8,7 @@ from scipy.spatial.transform import Rotation, Slerp
 import stillreach as sr
 from stillreach.simulate.commanded import commanded
 from stillreach.simulate.profile import PROFILES, progress
-from stillreach.simulate.rotations import exp, from_pitch_yaw_roll, from_quaternions, from_rpy, log
 from tests.unit.simulate.scenarios import eight_joints, eight_joints_start
-
-ANGLES = [0.0, 1e-300, 1e-12, 1e-7, 0.3, 2.0, np.pi - 1e-7, np.pi]
 
 
 def scenario(motion, **settings):
@@ -161,60 +158,6 @@ def test_points_where_nothing_is_to_be_done_take_no_time_and_do_no_harm():
     np.testing.assert_array_equal(none, np.zeros((2, 6)))
 
 
-def test_a_pose_table_is_read_from_csv_in_its_units(tmp_path):
-    turns = Rotation.random(3, rng=4)
-    xyzw = turns.as_quat()
-    rows = [
-        f"{t},{10 * t},{-t},{5},{-2 * w},{-2 * x},{-2 * y},{-2 * z}"
-        for t, (x, y, z, w) in zip((1.0, 2.0, 3.0), xyzw, strict=True)
-    ]
-    file = tmp_path / "poses.csv"
-    file.write_text("\n".join(["time, x, y, z, qw, qx, qy, qz", *rows, ""]))
-    table = sr.PoseTable.from_csv(file, length=0.01)
-    np.testing.assert_allclose(table.points, [[0.1, -0.01, 0.05], [0.2, -0.02, 0.05], [0.3, -0.03, 0.05]], rtol=1e-15)
-    np.testing.assert_allclose(table.orientations, turns.as_matrix(), atol=1e-14)
-    rpy = "\n".join(["roll,pitch,yaw,time,x,y,z", "0,0,90,0,0,0,0", "10,20,30,1,1,0,0"])
-    file.write_text(rpy)
-    table = sr.PoseTable.from_csv(file, angle=np.deg2rad(1))
-    wanted = Rotation.from_euler("xyz", [[0, 0, 90], [10, 20, 30]], degrees=True).as_matrix()  # about fixed axes
-    np.testing.assert_allclose(table.orientations, wanted, atol=1e-14)
-
-
-@pytest.mark.parametrize(
-    ("text", "match"),
-    [
-        ("time,x,y\n0,1,2\n", "the columns time, x, y"),
-        ("time,x,y,z,qw\n0,1,2,3,1\n", "the columns"),
-        ("time,x,y,z,x\n0,1,2,3,1\n", "the columns"),
-        ("time,x,y,z\n", "1 lines"),
-        ("", "0 lines"),
-        ("time,x,y,z\n0,1,2,3\n1,2,3\n", r"poses\.csv:3: got 1, 2, 3, expected 4 numbers"),
-        ("time,x,y,z\n0,1,2,three\n", r"poses\.csv:2"),
-        ("time,x,y,z\n0,1,2,nan\n", r"poses\.csv:2.*finite"),
-        ("time,x,y,z\n0,1,2,1e300\n", r"poses\.csv:2"),
-        ("time,x,y,z\n1,1,2,3\n1,1,2,3\n", "times: got 1 at index 1"),
-        ("time,x,y,z\n-1,1,2,3\n1,1,2,3\n", "times from 0 on"),
-        ("time,x,y,z,qw,qx,qy,qz\n1,1,2,3,0,0,0,0\n", "quaternion of length 0"),
-    ],
-)
-def test_a_table_that_is_none_says_why_and_where(tmp_path, text, match):
-    file = tmp_path / "poses.csv"
-    file.write_text(text)
-    with pytest.raises(sr.InputError, match=match):
-        sr.PoseTable.from_csv(file)
-
-
-@pytest.mark.parametrize("content", [None, b"\xff\xfe", b"time,x,y,z\n0,\x00,1,2\n"])
-def test_a_table_that_cannot_be_read_says_so(tmp_path, content):
-    file = tmp_path / "poses.csv"
-    if content is not None:
-        file.write_bytes(content)
-    with pytest.raises(sr.InputError, match=r"poses\.csv"):
-        sr.PoseTable.from_csv(file)
-    with pytest.raises(sr.InputError, match="a folder"):
-        sr.PoseTable.from_csv(tmp_path)
-
-
 def test_a_table_must_begin_where_the_tool_is_or_have_time_to_get_there():
     T = some_pose()
     table = sr.PoseTable([0.0, 1.0], [[9, 9, 9], [9, 9, 8]])
@@ -328,20 +271,3 @@ def test_what_is_no_course_is_refused_with_its_argument(make, match):
 def test_a_circle_through_its_own_axis_is_refused_where_it_is_planned():
     with pytest.raises(sr.InputError, match=r"motion\[0\]\.centre: got a point on an axis through the start"):
         scenario([sr.Circle(centre=[0, 0, 1], axis=[0, 0, 2], relative=True, duration=1.0)])
-
-
-def test_rotations_in_all_forms_are_those_of_scipy():
-    rng = np.random.default_rng(8)
-    axes = rng.normal(size=(len(ANGLES) * 20, 3))
-    vectors = axes / np.linalg.norm(axes, axis=1)[:, None] * np.repeat(ANGLES, 20)[:, None]
-    R = Rotation.from_rotvec(vectors).as_matrix()
-    np.testing.assert_allclose(exp(vectors), R, atol=2e-15)
-    np.testing.assert_allclose(exp(log(R)), R, atol=4e-15)
-    np.testing.assert_allclose(np.linalg.norm(log(R), axis=1), np.linalg.norm(vectors, axis=1), rtol=1e-12, atol=1e-15)
-    xyzw = rng.normal(size=(50, 4)) * 10.0 ** rng.integers(-200, 200, (50, 1))
-    wanted = Rotation.from_quat(xyzw / np.max(np.abs(xyzw), axis=1, keepdims=True)).as_matrix()
-    np.testing.assert_allclose(from_quaternions("q", xyzw[:, [3, 0, 1, 2]]), wanted, atol=1e-14)
-    angles = rng.uniform(-4, 4, (50, 3))
-    np.testing.assert_allclose(from_rpy(angles), Rotation.from_euler("xyz", angles).as_matrix(), atol=1e-14)
-    pitch_yaw_roll = Rotation.from_euler("YZX", angles).as_matrix()  # about moving axes: R_y R_z R_x
-    np.testing.assert_allclose(from_pitch_yaw_roll(angles), pitch_yaw_roll, atol=1e-14)

@@ -1,10 +1,8 @@
 """A scenario file is a way to write a Scenario: what it says is what Python would have said."""
 
-import json
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,11 +14,6 @@ from tests.unit.simulate.scenario_texts import PLANAR, planar
 
 DEGREE = np.deg2rad(1.0)
 ARRAYS = ("time", "q", "rates", "pose", "command", "residual", "task_error", "damping", "scale", "status", "health")
-ARM_6 = '[robot]\nmodules = "RPRPRP"\nlengths = [30, 30, 30, 30]\n'
-RAIL = """
-[robot]
-dh = [{ kind = "prismatic", name = "rail", alpha = 90 }, { a = 1000, theta = 30 }, { a = 500, d = 20, alpha = -90 }]
-"""
 
 
 def same_run(scenario, reference):
@@ -178,7 +171,7 @@ def test_motions_of_every_kind_arrive_in_metres_and_radians(load, tmp_path):
     (tmp_path / "poses.csv").write_text("time,x,y,z,rx,ry,rz\n1,1,2,3,0,0,90\n2,4,5,6,0,0,0\n")
     twist, wait, line, circle, waypoints, table = load(
         "start = [0, 0, 0, 0, 0, 0]\n"
-        f"{ARM_6}"
+        '[robot]\nmodules = "RPRPRP"\nlengths = [30, 30, 30, 30]\n'
         """
 [units]
 length = "cm"
@@ -235,78 +228,6 @@ file = "poses.csv"
     np.testing.assert_allclose(table.orientations[0], [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15)
 
 
-def test_an_arm_with_a_slide_takes_lengths_and_angles_each_in_its_unit(load):
-    scenario = load(
-        'start = [200, 90, 0]\nrate_limits = [500, 90, 90]\n[units]\nlength = "mm"\nangle = "degree"\n'
-        + RAIL
-        + '[[motion]]\nkind = "wait"\nduration = 1\n'
-        + '[[faults]]\njoint = "rail"\nkind = "runaway"\nrate = 100\n'
-    )
-    rows = [
-        sr.DHRow(kind="prismatic", name="rail", alpha=np.pi / 2),
-        sr.DHRow(a=1.0, theta=np.deg2rad(30)),
-        sr.DHRow(a=0.5, d=0.02, alpha=-np.pi / 2),
-    ]
-    q = [0.2, np.pi / 2, 0.0]
-    np.testing.assert_allclose(scenario.start, q, rtol=1e-15)
-    np.testing.assert_allclose(scenario.arm.forward(q), sr.Arm.from_dh(rows).forward(q), atol=1e-15)
-    np.testing.assert_allclose(scenario.rate_limits, [0.5, np.pi / 2, np.pi / 2], rtol=1e-15)
-    assert scenario.faults[0].kind == sr.Runaway(100 * 0.001)
-
-
-@pytest.mark.parametrize("unit", ["m", "cm", "mm", "inch", "foot"])
-def test_the_same_lengths_in_another_unit_are_the_same_arm(load, unit):
-    metre = {"m": 1, "cm": 100, "mm": 1000, "inch": 1 / 0.0254, "foot": 1 / 0.3048}[unit]
-    text = f'start = {{}}\n[units]\nlength = "{unit}"\n[robot]\nmodules = "PP"\nlengths = [{metre}, {metre}, {metre}]\n'
-    arm = load(text + '[[motion]]\nkind = "wait"\nduration = 1\n').arm
-    np.testing.assert_allclose(arm.forward([0, 0])[:3, 3], [0, 0, 3], rtol=1e-14)
-
-
-def test_built_in_arms_take_their_parameters(load):
-    motion = '[[motion]]\nkind = "wait"\nduration = 1\n'
-    segments = "[1, 1, 1, 1, 1, 1]"
-    arm = load(f'start = {{}}\n{motion}[robot]\narm = "nasa_modular"\nlengths = {segments}\n').arm
-    assert arm.reach == pytest.approx(6.0)
-    assert load(f'start = {{}}\n{motion}[robot]\narm = "snake"\nn = 7\n').arm.n == 7
-    assert load(f'start = {{}}\n{motion}[robot]\narm = "canadarm2"\n').arm.name == "canadarm2"
-
-
-def test_a_urdf_is_found_beside_the_scenario_file(load, tmp_path):
-    arm = sr.Arm.from_modules("RPRP", [0.3, 0.4, 0.5])
-    (tmp_path / "robots").mkdir()
-    (tmp_path / "robots" / "arm.urdf").write_text(arm.to_urdf())
-    scenario = load(
-        'start = { j2 = 30 }\n[units]\nangle = "degree"\n[robot]\nurdf = "robots/arm.urdf"\nfixed = { j3 = 90 }\n'
-        '[[motion]]\nkind = "wait"\nduration = 1\n'
-    )
-    assert scenario.arm.joint_names == ("j1", "j2", "j4")
-    q = np.deg2rad([0, 30, 90, 0])
-    np.testing.assert_allclose(scenario.arm.forward(q[[0, 1, 3]]), arm.forward(q), atol=1e-12)
-
-
-def test_a_file_in_a_package_is_found_by_the_packages_name(load, tmp_path, monkeypatch):
-    folder = tmp_path / "site" / "robots_of_ours"
-    folder.mkdir(parents=True)
-    info = tmp_path / "site" / "robots_of_ours-1.0.dist-info"
-    info.mkdir()
-    (folder / "arm.urdf").write_text(sr.Arm.from_modules("RPRP", [0.3, 0.4, 0.5]).to_urdf())
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: robots-of-ours\nVersion: 1.0\n")
-    (info / "RECORD").write_text("robots_of_ours/arm.urdf,,\nrobots_of_ours-1.0.dist-info/METADATA,,\n")
-    monkeypatch.syspath_prepend(tmp_path / "site")
-    text = 'start = {{}}\n[robot]\nurdf = "{}"\n[[motion]]\nkind = "wait"\nduration = 1\n'
-    assert load(text.format("package:robots-of-ours/robots_of_ours/arm.urdf")).arm.n == 4
-    assert load(text.format("package:robots-of-ours/arm.urdf")).arm.n == 4
-    with pytest.raises(sr.ScenarioFileError, match=r"robot\.urdf: got 'arn.urdf', which robots-of-ours 1\.0 does not"):
-        load(text.format("package:robots-of-ours/arn.urdf"))
-
-
-def test_a_package_that_is_not_there_is_named_with_the_command_that_brings_it(load):
-    text = 'start = {}\n[robot]\nurdf = "package:no-such-robots/x.urdf"\n[[motion]]\nkind = "wait"\nduration = 1\n'
-    with pytest.raises(sr.ScenarioFileError, match="pip install --no-deps no-such-robots") as caught:
-        load(text)
-    assert [mistake.place for mistake in caught.value.mistakes] == ["robot.urdf"]
-
-
 def test_a_path_works_as_text_and_as_path_and_wins_over_a_ready_name(tmp_path, monkeypatch):
     file = tmp_path / "paper-example-2"
     file.write_text(PLANAR)
@@ -323,32 +244,3 @@ def test_windows_line_ends_and_a_byte_order_mark_do_no_harm(load):
 def test_pydantic_is_imported_only_when_a_file_is_read():
     code = "import sys, stillreach as sr; sr.Scenario, sr.scenario_names(); assert 'pydantic' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True, env={**os.environ, "PYTHONPATH": ""})
-
-
-def test_the_schema_is_a_json_schema_that_every_ready_scenario_fits():
-    import tomllib
-
-    from jsonschema import Draft202012Validator
-
-    schema = json.loads(json.dumps(sr.scenario_schema()))
-    Draft202012Validator.check_schema(schema)
-    validator = Draft202012Validator(schema)
-    folder = Path(sr.__file__).parent / "scenarios"
-    for name in sr.scenario_names():
-        content = tomllib.loads((folder / f"{name}.toml").read_text(encoding="utf-8"))
-        assert list(validator.iter_errors(content)) == []
-        assert list(validator.iter_errors({**content, "lopp": 1}))
-        assert list(validator.iter_errors({**content, "faults": [{"joint": "j1", "kind": "lost"}]}))
-
-
-def test_the_schema_says_what_every_key_means_and_in_which_unit():
-    schema = sr.scenario_schema()
-    tables = [schema, *schema["$defs"].values()]
-    keys = [(name, entry) for table in tables for name, entry in table.get("properties", {}).items()]
-    assert len(keys) > 80
-    assert [name for name, entry in keys if name != "kind" and not entry.get("description")] == []
-    assert all(table.get("description") for table in tables)
-    properties = schema["properties"]
-    assert "[s]" in properties["period"]["description"]
-    assert "[angle" in properties["rate_limits"]["description"]
-    assert '"null"' not in json.dumps(schema)

@@ -86,6 +86,10 @@ HOSTILE = {
     "ragged weights": planar(tables="[task]\nweights = { joints = [" + "[" + "1," * 50 + "]," + "[1]," * 100 + "] }"),
     "keys like our own marks": '"<line>" = 1\n"<x>" = 2\n"" = 3\n"[key]" = 4\n[start]\n"[key]" = "x"\n"<one>" = "y"\n',
     "marks inside a motion": planar(tables='"<twist>" = 1\n"<x>".a = 1\n'),
+    "values in tables of unknown kind": planar(
+        top='null_motion = { kind = "xyzzy", q = "abc", rates = [[1], 2, "x"] }\nlaw = { kind = 1, max_gain = [] }',
+        tables='[[motion]]\nkind = []\nduration = "x"\npoints = 3\nramp = {}\n[[faults]]\nkind = {}\nrate = "x"\n',
+    ),
     "a million seconds in microseconds": planar(top="period = 1e-6\nduration = 1e6"),
     "a billion seconds": planar(top="duration = 1e9"),
     "a zero byte": f"{PLANAR}\x00",
@@ -184,7 +188,7 @@ def test_mutated_files_are_loaded_and_run_or_refused_and_nothing_else(load):
     loaded = 0
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        for _ in range(200):
+        for _ in range(60):
             text = mutated(rng)
             error = refusal(load, text)
             if error is not None:
@@ -194,4 +198,4 @@ def test_mutated_files_are_loaded_and_run_or_refused_and_nothing_else(load):
             scenario = load(text)
             if scenario.steps <= 200:
                 sr.simulate(scenario, progress=False)
-    assert 5 < loaded < 195
+    assert 1 < loaded < 59

@@ -91,6 +91,11 @@ def test_a_table_of_no_known_kind_does_not_hide_its_other_mistakes(mistakes):
             "faults[0].until",
             "after the onset at 0.5 s",
         ),
+        (
+            planar(tables='[[faults]]\njoint = "j1"\nkind = "locked"\nat = 0.501\nuntil = 0.509'),
+            "faults[0].until",
+            "after the first tick from 0.501 s on",
+        ),
         (planar(tables='[law]\nkind = "least-error"\nmax_gain = "no"'), "law.max_gain", "'none'"),
         (planar(tables='[law]\nkind = "least-error"\nnorm = "2"'), "law.norm", "an unknown key"),
         (planar(tables='[law]\nkind = "keep-direction"\nrank_tolerance = 1'), "law.rank_tolerance", "below 1"),

@@ -61,7 +61,8 @@ def test_a_derated_rail_is_held_by_its_rate_and_a_locked_one_by_nothing():
     derated = along(0.5, arm=rail(velocity_limit=1.0), faults=[sr.Fault("j1", at=0.5, kind=sr.Derated(0.1))])
     told = found(derated)
     assert told.held == {"j1": {"rate": pytest.approx(0.5)}}
-    assert told.rate.value == pytest.approx(0.5)
+    assert told.rate.value == pytest.approx(1.0)  # of the limit that is left
+    assert told.rate_value == pytest.approx(0.1)
     assert told.goal_distance == pytest.approx(0.5 * (0.5 - 0.1))
     locked = along(0.5, arm=rail(velocity_limit=1.0), faults=[sr.Fault("j1", at=0.5)])
     told = found(locked)

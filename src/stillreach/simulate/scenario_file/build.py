@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -13,12 +14,14 @@ from stillreach.simulate.course import Course
 from stillreach.simulate.motion import TICK_TOLERANCE, Twist
 from stillreach.simulate.scenario import Scenario
 from stillreach.simulate.scenario_file.document import Document
-from stillreach.simulate.scenario_file.mistakes import form_mistakes
+from stillreach.simulate.scenario_file.mistakes import form_of
 from stillreach.simulate.scenario_file.motions import motions_of
 from stillreach.simulate.scenario_file.reading import Reading
 from stillreach.simulate.scenario_file.robots import arm_of
 from stillreach.simulate.scenario_file.settings import check_joint_weights, law_of, limits_of, null_motion_of, task_of
 
+PERIOD = 0.01
+"""[s] where a file does not say it, as for Scenario."""
 PLAIN = ("name", "period", "duration", "integrator", "loop", "gain", "transition_rate")
 """Keys that go into the Scenario as they are."""
 
@@ -29,7 +32,7 @@ def scenario_of(document: Document) -> Scenario:
     Raises:
         ScenarioFileError: with everything that is wrong in it.
     """
-    reading = Reading(document, form_mistakes(document))
+    reading = Reading(document, *form_of(document))
     settings: dict[str, Any] = {"motion": motions_of(reading), "law": law_of(reading), "task": task_of(reading)}
     settings |= {key: reading.value(key) for key in PLAIN if reading.has(key)}
     arm = arm_of(reading)
@@ -106,24 +109,35 @@ def _check_times(reading: Reading, motion: list[Twist | Course] | None) -> None:
     if duration is not None and total is not None and duration < total * (1.0 - TICK_TOLERANCE):
         reading.wrong(("duration",), f"{duration:g} s", f"at least the {total:g} s of the motion")
     end = (total if duration is None else duration) if reading.good("duration") else None
-    period = reading.value("period")
+    period = reading.value("period") if reading.given("period") else PERIOD
     if end is not None and period is not None and period > end:
         reading.wrong(("period",), f"{period:g} s", f"at most the whole duration, {end:g} s")
     for place in range(reading.count("faults")):
-        at, until = reading.value("faults", place, "at"), reading.value("faults", place, "until")
-        if at is not None and end is not None and at >= end:
-            reading.wrong(("faults", place, "at"), f"{at:g} s", f"an onset before the end at {end:g} s")
-        if until is not None and until <= (at or 0.0):
-            reading.wrong(("faults", place, "until"), f"{until:g} s", f"a time after the onset at {at or 0.0:g} s")
+        _check_fault(reading, place, end, period)
+
+
+def _check_fault(reading: Reading, place: int, end: float | None, period: float | None) -> None:
+    """A fault begins before the end, and lasts for at least one tick."""
+    at, until = reading.value("faults", place, "at"), reading.value("faults", place, "until")
+    if at is not None and end is not None and at >= end:
+        reading.wrong(("faults", place, "at"), f"{at:g} s", f"an onset before the end at {end:g} s")
+    if until is None or not reading.good("faults", place, "at"):
+        return
+    at = at or 0.0
+    if until <= at:
+        reading.wrong(("faults", place, "until"), f"{until:g} s", f"a time after the onset at {at:g} s")
+    elif period is not None and ceil(until / period - TICK_TOLERANCE) <= ceil(at / period - TICK_TOLERANCE):
+        expected = f"an end after the first tick from {at:g} s on; ticks are {period:g} s apart"
+        reading.wrong(("faults", place, "until"), f"{until:g} s", expected)
 
 
 def _length(reading: Reading, motion: list[Twist | Course] | None) -> tuple[float | None, bool]:
     """How long the motion takes [s], None where that cannot be told, and whether its last part has no end."""
-    total: float | None = 0.0
+    total: float | None = 0.0 if reading.count("motion") else None
     endless = False
     for place in range(reading.count("motion")):
         last = place == reading.count("motion") - 1
-        length = motion[place].duration if motion is not None else reading.value("motion", place, "duration")
+        length: float | None = reading.value("motion", place, "duration") if motion is None else motion[place].duration
         open_end = reading.value("motion", place, "kind") == "twist" and not reading.given("motion", place, "duration")
         if open_end and not last:
             reading.wrong(("motion", place, "duration"), "nothing", "a duration: only the last motion may have none")

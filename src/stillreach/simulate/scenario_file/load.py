@@ -40,7 +40,7 @@ def scenario_names() -> tuple[str, ...]:
 
 
 def scenario_schema() -> dict[str, Any]:
-    """The JSON schema of scenario files (draft 2020-12), for editors."""
+    """The JSON schema of scenario files (draft 7), for editors."""
     from stillreach.simulate.scenario_file.json_schema import schema
 
     return schema()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typing
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -65,16 +65,31 @@ TAGS = {
 }
 
 
-def form_mistakes(document: Document) -> list[tuple[Place, Mistake]]:
-    """What is wrong with the form of a file, each with its place."""
+class Form(NamedTuple):
+    """What the form of a file is like.
+
+    Attributes:
+        mistakes: what is wrong, each with its place.
+        unchecked: places that nothing is known of, because they are in a table of unknown kind.
+    """
+
+    mistakes: list[tuple[Place, Mistake]]
+    unchecked: list[Place]
+
+
+def form_of(document: Document) -> Form:
+    """Check the form of a file."""
     errors = _errors(ScenarioTable, document.content, ())
-    for error in list(errors[:MOST]):
+    unchecked: list[Place] = []
+    for error in errors.copy():
         if error["type"] in ("union_tag_invalid", "union_tag_not_found"):
-            errors += _beside_the_kind(error)
+            more, unknown = _beside_the_kind(error)
+            errors += more
+            unchecked += [(*_place(document, error["loc"]), key) for key in unknown]
     found = [_mistake(document, error) for error in errors[:MOST]]
     if len(errors) > MOST:
         found.append(((), Mistake("", f"{len(errors) - MOST} more mistakes", "none")))
-    return found
+    return Form(found, unchecked)
 
 
 def _errors(table: type[BaseModel], content: Any, prefix: tuple[int | str, ...]) -> list[ErrorDetails]:
@@ -85,26 +100,29 @@ def _errors(table: type[BaseModel], content: Any, prefix: tuple[int | str, ...])
     return []
 
 
-def _beside_the_kind(error: ErrorDetails) -> list[ErrorDetails]:
-    """What else is wrong with a table whose kind is none of those there are: as if it were the one that was meant."""
+def _beside_the_kind(error: ErrorDetails) -> tuple[list[ErrorDetails], list[str]]:
+    """What else is wrong with a table whose kind is none of those there are, as if it were the one that was meant.
+
+    Returns:
+        The errors, and the keys that could not be checked.
+    """
     loc, value = error["loc"], error["input"]
     if not isinstance(value, dict):
-        return []
+        return [], []
     key = str(loc[0])
     if key == "robot":
-        guesses = [(wrong, right) for wrong in value if (right := nearest(wrong, ROBOTS))]
+        guesses = [(wrong, right) for wrong in list(value)[:MOST] if (right := nearest(wrong, ROBOTS))]
         if not guesses:
-            return []
+            return [], list(value)
         wrong, right = guesses[0]
         renamed = {right if name == wrong else name: entry for name, entry in value.items()}
-        return _errors(ROBOTS[right], renamed, (*loc, f"<{right} robot>"))
+        return _errors(ROBOTS[right], renamed, (*loc, f"<{right} robot>")), [wrong]
     kind = nearest(value.get("kind"), CHOICES[key])
     if kind:
-        return _errors(CHOICES[key][kind], {**value, "kind": kind}, (*loc, f"<{kind}>"))
-    if key not in BASES:
-        return []
-    known = {name: entry for name, entry in value.items() if name in BASES[key].model_fields}
-    return _errors(BASES[key], known, (*loc, f"<any of {key}>"))
+        return _errors(CHOICES[key][kind], {**value, "kind": kind}, (*loc, f"<{kind}>")), []
+    known = {name: entry for name, entry in value.items() if key in BASES and name in BASES[key].model_fields}
+    errors = _errors(BASES[key], known, (*loc, f"<any of {key}>")) if key in BASES else []
+    return errors, [name for name in value if name not in known]
 
 
 def _mistake(document: Document, error: ErrorDetails) -> tuple[Place, Mistake]:

@@ -26,12 +26,15 @@ class Reading:
     Args:
         document: the file.
         mistakes: what is wrong with its form, with places.
+        unchecked: places whose values nothing is known of; they are not given out.
     """
 
-    def __init__(self, document: Document, mistakes: Iterable[tuple[Place, Mistake]]) -> None:
+    def __init__(
+        self, document: Document, mistakes: Iterable[tuple[Place, Mistake]], unchecked: Iterable[Place] = ()
+    ) -> None:
         self.document = document
         self.mistakes: list[Mistake] = []
-        self._wrong: set[Place] = set()
+        self._wrong: set[Place] = set(unchecked)
         self._touched: set[Place] = set()
         for place, mistake in mistakes:
             self._note(place, mistake)
@@ -39,7 +42,7 @@ class Reading:
 
     def good(self, *place: str | int) -> bool:
         """Whether nothing is wrong at, above or below a place."""
-        return place not in self._touched and not any(place[:k] in self._wrong for k in range(len(place)))
+        return place not in self._touched and not any(place[:k] in self._wrong for k in range(len(place) + 1))
 
     def value(self, *place: str | int) -> Any:
         """The value at a place; None where it is absent or something is wrong with it."""
