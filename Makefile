@@ -11,7 +11,7 @@ LINTED := $(wildcard src tests examples bench scripts docs)
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test bench bench-peers lint cpp-test pytest wheel dev format requirements clean help check-tools
+.PHONY: demo test bench bench-peers instructions lint cpp-test pytest wheel dev format requirements clean help check-tools
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -47,6 +47,11 @@ bench: dev  ## time a tick and a batch from Python, with ratios to what others d
 bench-peers: $(STAMPS)/wheel .venv-peers/installed  ## time stillreach beside its peers, into README.md; ARGS="--help" for more
 	.venv-peers/bin/pip install -q --no-deps --force-reinstall build/wheel/stillreach-*.whl
 	.venv-peers/bin/python -m bench.compare $(or $(ARGS),--write)
+
+instructions: $(STAMPS)/build  ## count the instructions of every kind of tick and store them (needs valgrind)
+	$(CMAKE) -S . -B build/cpp -G Ninja -DSTILLREACH_TESTS=ON >/dev/null
+	$(CMAKE) --build build/cpp --target ticks
+	$(BIN)/python -m bench.instructions --store build/cpp/tests/cpp/ticks
 
 wheel: $(STAMPS)/all $(STAMPS)/wheel  ## build the wheel and install it into .venv
 

@@ -4,7 +4,24 @@
 #include "pool.hpp"
 #include "settings.hpp"
 
-static void make_arm(Arm* self, nb::handle kinds, nb::handle placements, nb::handle axes, nb::handle tool) {
+// Whom each of the chain's joints follows; without followers each follows itself, and nothing is kept.
+static void couple(Arm& arm, nb::handle leaders, nb::handle factors, nb::handle offsets) {
+  if (leaders.is_none()) return;
+  const int moved = arm.n;
+  arm.n = 0;
+  for (nb::handle leader : nb::iter(leaders)) {
+    arm.leaders.push_back(nb::cast<int>(nb::int_(leader)));
+    if (arm.leaders.back() < 0 || arm.leaders.back() >= moved) refuse("leaders", describe(leaders), "indices of joints");
+    arm.n = std::max(arm.n, arm.leaders.back() + 1);
+  }
+  arm.factors.resize(moved), arm.offsets.resize(moved);
+  read_vector("factors", factors, moved, arm.factors.data());
+  read_vector("offsets", offsets, moved, arm.offsets.data());
+  if (static_cast<int>(arm.leaders.size()) != moved) refuse("leaders", describe(leaders), std::to_string(moved) + " of them");
+}
+
+static void make_arm(Arm* self, nb::handle kinds, nb::handle placements, nb::handle axes, nb::handle tool, nb::handle leaders,
+                     nb::handle factors, nb::handle offsets) {
   View poses, directions, end = strict("tool", tool, {4, 4}, false);
   const long n = poses.open(placements) && poses.ndim() == 3 ? poses.size(0) : -1;
   View checked = strict("placements", placements, {n < 1 ? 1 : n, 4, 4}, false);
@@ -15,8 +32,10 @@ static void make_arm(Arm* self, nb::handle kinds, nb::handle placements, nb::han
   std::vector<std::int8_t> kind;
   for (nb::handle k : nb::iter(kinds)) kind.push_back(static_cast<std::int8_t>(nb::cast<int>(nb::int_(k))));
   if (static_cast<long>(kind.size()) != n) refuse("kinds", describe(kinds), std::to_string(n) + " kinds (0 revolute, 1 prismatic)");
-  new (self) Arm{static_cast<int>(n), std::vector<double>(12 * (n + 1)), std::move(kind)};
-  kernel().align_axes(self->n, all.data(), axis.data(), self->placements.data());
+  Arm arm{static_cast<int>(n), std::vector<double>(12 * (n + 1)), std::move(kind), {}, {}, {}, {}};
+  kernel().align_axes(arm.n, all.data(), axis.data(), arm.placements.data());
+  couple(arm, leaders, factors, offsets);
+  new (self) Arm(std::move(arm));
 }
 
 constexpr long kRowsAtOnce = 64;
@@ -82,8 +101,10 @@ static nb::object spectra(const Arm& arm, nb::handle q, const Metric& metric, nb
 void bind_arm(nb::module_& m) {
   nb::class_<Arm>(m, "ArmModel", "A serial chain, as the core reads it.")
       .def("__init__", &make_arm, nb::arg("kinds"), nb::arg("placements"), nb::arg("axes"), nb::arg("tool"),
+           nb::arg("leaders") = nb::none(), nb::arg("factors") = nb::none(), nb::arg("offsets") = nb::none(),
            "kinds (n,) 0 revolute, 1 prismatic; placements (n, 4, 4) of the joint frames seen from what the joint before moves; "
-           "axes (n, 3) unit vectors in the joint frames; tool (4, 4).")
+           "axes (n, 3) unit vectors in the joint frames; tool (4, 4). With leaders (n,) of these joints joint a is at "
+           "factors[a] q[leaders[a]] + offsets[a], and the arm has as many joints as there are leaders.")
       .def_prop_ro("n", [](const Arm& a) { return a.n; }, "Number of joints.")
       .def("forward", [](const Arm& a, nb::handle q) { return kinematics(a, q, false); }, nb::arg("q"),
            nb::sig("def forward(self, q: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]"),

@@ -43,7 +43,13 @@ struct Arm {
   int n;
   std::vector<double> placements;
   std::vector<std::int8_t> kinds;
-  stillreach::ArmView view() const { return {n, placements.data(), kinds.data()}; }
+  std::vector<int> leaders;  // empty where every joint moves alone, else as Coupling has it
+  std::vector<double> factors, offsets;
+  mutable stillreach::Coupling coupling{};
+  stillreach::ArmView view() const {
+    coupling = {static_cast<int>(leaders.size()), leaders.data(), factors.data(), offsets.data()};
+    return {n, placements.data(), kinds.data(), leaders.empty() ? nullptr : &coupling};
+  }
 };
 
 void bind_settings(nb::module_& m);

@@ -5,6 +5,7 @@
 
 #include "bounds.hpp"
 #include "kinematics.hpp"
+#include "coupled.hpp"
 #include "lane_kinematics.hpp"
 #include "lane_laws.hpp"
 #include "null_motion.hpp"
@@ -184,7 +185,7 @@ inline STILLREACH_NOINLINE void solve_alone(const Batch& b, std::ptrdiff_t row, 
   if (!answerable(b, row)) return write_invalid(b, row, rates, active);
   const double* asked = b.twist + row * b.twist_stride;
   if (b.q) {
-    kinematics(b.arm, b.q + row * n, scratch, pose, jacobian);
+    arm_kinematics(b.arm, b.q + row * n, scratch, pose, jacobian);
     if (b.every_row) {
       task = jacobian;
       for (int r = 0; r < 6; ++r) twist[r] = asked[r];
@@ -254,7 +255,7 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
   if (b.q) {
     point(b.q, n);
     load_lanes(from, n, w.q);
-    kinematics(b.arm, w.q, w.system.shapes, pose, w.jacobian);  // shapes: free until then
+    arm_kinematics(b.arm, static_cast<const Pack*>(w.q), w.system.shapes, pose, w.jacobian);  // shapes: free until then
     for (int r = 9; r < 12; ++r) doubt += pose[r] - pose[r];  // any q that is no number ends up here
     if (!b.every_row) {
       for (int i = 0; i < n; ++i)

@@ -2,6 +2,7 @@
 // values of a task's Jacobian, each row by itself. A row's answer depends on nothing but the row.
 #pragma once
 
+#include "coupled.hpp"
 #include "lane_kinematics.hpp"
 #include "null_motion.hpp"
 #include "spectrum.hpp"
@@ -86,7 +87,7 @@ inline void kinematics_rows(const KinematicsBatch& b, std::ptrdiff_t first, std:
     const double* from[kLanes];
     for (int l = 0; l < kLanes; ++l) from[l] = b.q + (at + (l < here ? l : 0)) * n;
     load_lanes(from, n, q);
-    kinematics(b.arm, q, scratch, pose, b.jacobian || spectra ? jacobian : nullptr);
+    arm_kinematics(b.arm, static_cast<const Pack*>(q), scratch, pose, b.jacobian || spectra ? jacobian : nullptr);
     const auto write = [&](double* base, int length) {
       for (int l = 0; l < kLanes; ++l) to[l] = base + (at + (l < here ? l : 0)) * length;
       store_lanes(ordered, length, (1 << here) - 1, to);

@@ -72,7 +72,7 @@ inline void evaluate(ControllerState& c, const double* q, const double* twist, c
   STILLREACH_LIBRARY(memcpy)(out.active, c.active, n);
   out.plane = c.plane;
   if (doubt == 0.0) {
-    kinematics(c.arm, q, c.scratch, c.pose, c.jacobian);
+    arm_kinematics(c.arm, q, c.scratch, c.pose, c.jacobian);
     bool kept = true;
     if (!c.bounds_stand)
       for (int i = 0; i < n; ++i) kept &= joint_bounds(c, i, q[i]);

@@ -5,6 +5,7 @@
 #include "batch.hpp"
 #include "batch_kinematics.hpp"
 #include "batch_rollout.hpp"
+#include "coupled.hpp"
 #include "rollout.hpp"
 
 namespace stillreach {
@@ -49,7 +50,7 @@ inline Kernel make_kernel() {
   k.workspace_doubles = [](int n, bool full) { return workspace_doubles(n, full); };
   k.align_axes = [](int n, const double* placements, const double* axes, double* out) { align_axes(n, placements, axes, out); };
   k.kinematics = [](const ArmView& arm, const double* q, double* scratch, double* pose, double* jacobian) {
-    kinematics(arm, q, scratch, pose, jacobian);
+    arm_kinematics(arm, q, scratch, pose, jacobian);
   };
   k.solve = [](const LawSettings& law, const Problem& p, const Memory& memory, Answer& out) {
     Workspace w = make_workspace(p.n, p.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);

@@ -15,7 +15,7 @@ STILLREACH_INLINE Pack zero_pack() { return Pack{0, 0, 0, 0}; }
 STILLREACH_INLINE Pack select(Mask where, Pack a, Pack b) { return choose(where, a, b); }
 
 STILLREACH_INLINE int lane_bits(Mask mask) {
-#if defined(__AVX2__)
+#if defined(__AVX2__) && !defined(STILLREACH_PORTABLE_PACK)
   return _mm256_movemask_pd((__m256d)mask);
 #else
   return static_cast<int>((mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8));
@@ -31,14 +31,17 @@ STILLREACH_INLINE Pack clamp(Pack a, Pack lower, Pack upper) { return larger(sma
 STILLREACH_INLINE Mask is_finite(Pack a) { return a - a == zero_pack(); }
 
 STILLREACH_INLINE Pack square_root(Pack a) {
-#if defined(__AVX2__)
+#if defined(__AVX2__) && !defined(STILLREACH_PORTABLE_PACK)
   return (Pack)_mm256_sqrt_pd((__m256d)a);
 #else
   return Pack{square_root(a[0]), square_root(a[1]), square_root(a[2]), square_root(a[3])};
 #endif
 }
 
-#if defined(__clang__)
+#if defined(STILLREACH_PORTABLE_PACK)
+STILLREACH_INLINE double either(const Pack& a, const Pack& b, int i) { return i < 4 ? a[i] : b[i - 4]; }
+#define STILLREACH_SHUFFLE(a, b, i, j, k, l) Pack{either(a, b, i), either(a, b, j), either(a, b, k), either(a, b, l)}
+#elif defined(__clang__)
 #define STILLREACH_SHUFFLE(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
 #else
 #define STILLREACH_SHUFFLE(a, b, i, j, k, l) __builtin_shuffle(a, b, Mask{i, j, k, l})

@@ -37,25 +37,26 @@ STILLREACH_INLINE double lane_of(Pack a, int i) { return a.lane[i]; }
 STILLREACH_INLINE unsigned long long lane_of(long long a, int) { return static_cast<unsigned long long>(a); }
 STILLREACH_INLINE unsigned long long lane_of(Mask a, int i) { return static_cast<unsigned long long>(a.lane[i]); }
 
-#define STILLREACH_LANEWISE(Result, A, op, B, number)                                                     \
-  STILLREACH_INLINE Result operator op(A a, B b) {                                                        \
-    Result r;                                                                                             \
-    for (int i = 0; i < 4; ++i) r.lane[i] = static_cast<number>(lane_of(a, i) op lane_of(b, i));          \
-    return r;                                                                                             \
+#define STILLREACH_LANEWISE(Result, A, op, B, number)                                            \
+  STILLREACH_INLINE Result operator op(A a, B b) {                                               \
+    Result r;                                                                                    \
+    for (int i = 0; i < 4; ++i) r.lane[i] = static_cast<number>(lane_of(a, i) op lane_of(b, i)); \
+    return r;                                                                                    \
   }
-#define STILLREACH_ARITHMETIC(op)                  \
+#define STILLREACH_ARITHMETIC(op)                     \
   STILLREACH_LANEWISE(Pack, Pack, op, Pack, double)   \
   STILLREACH_LANEWISE(Pack, Pack, op, double, double) \
   STILLREACH_LANEWISE(Pack, double, op, Pack, double) \
   STILLREACH_INLINE Pack& operator op##=(Pack& a, Pack b) { return a = a op b; }
-#define STILLREACH_BITS(op)                           \
-  STILLREACH_LANEWISE(Mask, Mask, op, Mask, long long) \
-  STILLREACH_LANEWISE(Mask, Mask, op, long long, long long)
-#define STILLREACH_COMPARISON(op, Kind)                                                          \
-  STILLREACH_INLINE Mask operator op(Kind a, Kind b) {                                           \
-    Mask r;                                                                                      \
-    for (int i = 0; i < 4; ++i) r.lane[i] = lane_of(a, i) op lane_of(b, i) ? -1 : 0;             \
-    return r;                                                                                    \
+#define STILLREACH_BITS(op)                                 \
+  STILLREACH_LANEWISE(Mask, Mask, op, Mask, long long)      \
+  STILLREACH_LANEWISE(Mask, Mask, op, long long, long long) \
+  STILLREACH_INLINE Mask& operator op##=(Mask& a, Mask b) { return a = a op b; }
+#define STILLREACH_COMPARISON(op, Kind)                                              \
+  STILLREACH_INLINE Mask operator op(Kind a, Kind b) {                               \
+    Mask r;                                                                          \
+    for (int i = 0; i < 4; ++i) r.lane[i] = lane_of(a, i) op lane_of(b, i) ? -1 : 0; \
+    return r;                                                                        \
   }
 
 STILLREACH_ARITHMETIC(+)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stillreach._core import Solution
-    from stillreach.arm import Arm, DHRow, Joint
+    from stillreach.arm import Arm, DHRow, Follower, Joint
     from stillreach.arm import catalogue as arms
     from stillreach.batch import BatchSolution, solve_batch
     from stillreach.bounds import Bounds
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 # Where each public name lives. They are imported on first use: `stillreach --version` needs none of them, nor NumPy.
 _HOMES = {
     "_core": ("Solution",),
-    "arm": ("Arm", "DHRow", "Joint"),
+    "arm": ("Arm", "DHRow", "Follower", "Joint"),
     "batch": ("BatchSolution", "solve_batch"),
     "bounds": ("Bounds",),
     "control": ("Centring", "Controller", "Gradient", "Manipulability", "NullMotion", "Posture", "Rates"),
@@ -97,6 +97,7 @@ __all__ = [
     "DHRow",
     "Derated",
     "Fault",
+    "Follower",
     "Gradient",
     "Health",
     "InputError",

@@ -1,6 +1,7 @@
 """Rows for batches, the worst beside the ordinary, and their answers one at a time."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -8,6 +9,7 @@ import stillreach as sr
 from stillreach import _core
 
 INF = np.inf
+BLOCK = 1000
 ANSWERS = ("residual", "damping", "scale", "task_error", "active", "iterations")
 CODES = np.array([-2, 0, 2, 1], np.int8)
 """``Solution.active`` of what a batch calls -1, 0, 1, 2: a rate limit on either side, none, a fixed joint."""
@@ -36,16 +38,17 @@ class Rows:
 
 def mixed_rows(arm, count, seed=0):
     """Every kind of place, twist, fault and limit, each row its own; a row does not depend on `count`."""
-    block = 1000
-    blocks = [_rows(np.random.default_rng([seed, k]), arm.n, block) for k in range(-(-max(count, 1) // block))]
+    blocks = [_rows(arm.n, seed, k) for k in range(-(-max(count, 1) // BLOCK))]
     parts = (np.concatenate(part)[:count] for part in zip(*blocks, strict=True))
     return Rows(*(np.ascontiguousarray(part) for part in parts))
 
 
-def _rows(rng, n, count):
-    lower, upper = _limits(rng, n, count)
+@lru_cache(maxsize=64)
+def _rows(n, seed, block):
+    rng = np.random.default_rng([seed, block])
+    lower, upper = _limits(rng, n, BLOCK)
     _faults(rng, lower, upper)
-    return _configurations(rng, n, count), _twists(rng, count), lower, upper
+    return _configurations(rng, n, BLOCK), _twists(rng, BLOCK), lower, upper
 
 
 def _configurations(rng, n, count):

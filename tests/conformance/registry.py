@@ -8,6 +8,7 @@ import numpy as np
 
 import stillreach as sr
 from tests.robots.catalogue import ROBOTS
+from tests.unit.arm.coupled_arms import coupled
 from tests.unit.arm.odd_arms import ODD_ARMS
 
 INF = np.inf
@@ -74,7 +75,11 @@ ARMS = {
     "one slide": Subject(ODD_ARMS["one slide"], rows=(1,)),
 }
 
-SUBJECTS = ARMS | {name: Subject(robot.make, sample=8) for name, robot in ROBOTS.items()}
+SUBJECTS = (
+    ARMS
+    | {"coupled": Subject(coupled, sample=2)}
+    | {name: Subject(robot.make, sample=8) for name, robot in ROBOTS.items()}
+)
 """The arms, and robots that nobody here wrote."""
 
 

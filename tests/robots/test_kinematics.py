@@ -32,7 +32,8 @@ def test_the_chain_is_the_one_asked_for(name):
     arm = robot.make()
     assert arm.n == robot.n
     assert np.count_nonzero(arm.kinds) == robot.slides
-    assert len(arm.describe().splitlines()) == arm.n + 3
+    assert len(arm.describe().splitlines()) == arm.n + len(robot.follows) + 3
+    assert {follower.joint.name for follower in arm.followers} == set(robot.follows)
     assert not set(robot.held) & set(arm.joint_names)
     assert np.all(arm.position_limits[:, 0] < arm.position_limits[:, 1])
     assert np.all(arm.velocity_limits > 0.0)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from stillreach._door import FloatArray
+from stillreach.arm.follower import Follower
 from stillreach.arm.joint import Joint
 from stillreach.arm.mimic import Place
 from stillreach.arm.placements import moved
@@ -16,11 +18,12 @@ MAX_PASSED, MAX_MOVING = 2000, 1000
 
 
 class Chain(NamedTuple):
-    """What an arm is made of: joints, tool (4, 4) seen from the last one, name."""
+    """What an arm is made of: joints, tool (4, 4) seen from the last one, name, joints that follow."""
 
     joints: list[Joint]
     tool: FloatArray
     name: str
+    followers: list[Follower]
 
 
 class ChainBuilder:
@@ -39,6 +42,7 @@ class ChainBuilder:
             raise file.error(f"{passed} joints between base and tip", f"at most {MAX_PASSED}")
         self.file = file
         self.joints: list[Joint] = []
+        self.followers: list[tuple[Joint, Follower]] = []  # as in the file, with limits, and as in the arm
         self.since = np.eye(4)
 
     def fix(self, T: FloatArray) -> None:
@@ -58,24 +62,22 @@ class ChainBuilder:
         """Go on by a joint that moves or is held; axis (3,) of length 1, the rest as for Joint."""
         if place.leader is None:
             self.fix(moved(kind, axis, place.offset))
-        elif place.leader == name:
-            placement, self.since = rigid(self.since), np.eye(4)
-            self.joints.append(
-                Joint(
-                    name=name,
-                    kind=kind,
-                    placement=placement,
-                    axis=axis,
-                    position_limits=position_limits,
-                    velocity_limit=velocity_limit,
-                )
-            )
-        else:
-            raise self.file.error(
-                f"a joint that follows {shown(place.leader)}, which is between base and tip, too",
-                f"one of the two held: fixed={{{name!r}: position}}",
-                element=f"joint {shown(name)}",
-            )
+            return
+        placement, self.since = rigid(self.since), np.eye(4)
+        joint = Joint(
+            name=name,
+            kind=kind,
+            placement=placement,
+            axis=axis,
+            position_limits=position_limits,
+            velocity_limit=velocity_limit,
+        )
+        if place.leader == name:
+            self.joints.append(joint)
+            return
+        at = len(self.joints) + len(self.followers)
+        led = Follower(joint, leader=place.leader, multiplier=place.factor, offset=place.offset, place=at)
+        self.followers.append((joint, led))
 
     def chain(self, name: str) -> Chain:
         """What was put together.
@@ -83,11 +85,26 @@ class ChainBuilder:
         Raises:
             RobotFileError: no joint moves, or too many do.
         """
+        moving = len(self.joints) + len(self.followers)
         if not self.joints:
             raise self.file.error("no joint that moves between base and tip", "at least one", argument="tip")
-        if len(self.joints) > MAX_MOVING:
-            raise self.file.error(f"{len(self.joints)} moving joints between base and tip", f"at most {MAX_MOVING}")
-        return Chain(self.joints, rigid(self.since), name)
+        if moving > MAX_MOVING:
+            raise self.file.error(f"{moving} moving joints between base and tip", f"at most {MAX_MOVING}")
+        joints = [self._limited(joint) for joint in self.joints]
+        return Chain(joints, rigid(self.since), name, [follower for _, follower in self.followers])
+
+    def _limited(self, leader: Joint) -> Joint:
+        """A joint within its own limits and those of the joints that follow it."""
+        (lower, upper), rate = leader.position_limits, leader.velocity_limit
+        for joint, follower in self.followers:
+            if follower.leader == leader.name:
+                ends = [(end - follower.offset) / follower.multiplier for end in joint.position_limits]
+                lower, upper = max(lower, min(ends)), min(upper, max(ends))
+                rate = min(rate, joint.velocity_limit / abs(follower.multiplier))
+        if lower > upper:
+            got = "no position within its limits and those of the joints that follow it"
+            raise self.file.error(got, "limits that allow one", element=f"joint {shown(leader.name)}")
+        return replace(leader, position_limits=(lower, upper), velocity_limit=rate)
 
 
 def rigid(T: FloatArray) -> FloatArray:

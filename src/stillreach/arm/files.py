@@ -6,11 +6,11 @@ import os
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Self, cast
 
-from stillreach.arm.joint import Joint
-
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from stillreach.arm.follower import Follower
+    from stillreach.arm.joint import Joint
     from stillreach.arm.model import Arm
 
 
@@ -20,7 +20,12 @@ class RobotFiles:
     if TYPE_CHECKING:
 
         def __init__(
-            self, joints: Iterable[Joint], *, tool: npt.ArrayLike | None = None, name: str = "arm"
+            self,
+            joints: Iterable[Joint],
+            *,
+            tool: npt.ArrayLike | None = ...,
+            name: str = ...,
+            followers: Iterable[Follower] = ...,
         ) -> None: ...
 
     @classmethod
@@ -36,13 +41,15 @@ class RobotFiles:
 
         Revolute, continuous and prismatic joints become the arm's, with their names, position and velocity limits
         (lower and upper are 0 where the file has neither, as URDF says; a missing velocity is no limit). A joint that
-        mimics one outside the chain stands where a leader at 0 puts it, or at the position in ``fixed``.
+        mimics another one of the chain becomes a ``Follower``: the two are one joint of the arm, within the limits of
+        both. One that mimics a joint outside the chain stands still: where a leader at 0, or at its position in
+        ``fixed``, puts it.
 
         Args:
             path: the file, or its text (which begins with ``<``). Meshes are not looked at.
             tip: link whose frame is the tool; None takes the only link that has no child below the base.
             base: link that poses are seen from; None takes the root.
-            fixed: joints held at a position [rad] or [m], which are then no joints of the arm.
+            fixed: joints held at a position [rad] or [m], which are then no joints of the arm; also leaders outside it.
 
         Raises:
             RobotFileError: the file cannot be read, is malformed, hostile or xacro, is no tree, or has no such
@@ -50,8 +57,8 @@ class RobotFiles:
         """
         from stillreach.arm.urdf import urdf_chain
 
-        joints, tool, name = urdf_chain(path, tip, base, fixed)
-        return cls(joints, tool=tool, name=name)
+        joints, tool, name, followers = urdf_chain(path, tip, base, fixed)
+        return cls(joints, tool=tool, name=name, followers=followers)
 
     @classmethod
     def from_mjcf(
@@ -79,8 +86,8 @@ class RobotFiles:
         """
         from stillreach.arm.mjcf import mjcf_chain
 
-        joints, tool, name = mjcf_chain(path_or_model, tip, base, fixed)
-        return cls(joints, tool=tool, name=name)
+        joints, tool, name, followers = mjcf_chain(path_or_model, tip, base, fixed)
+        return cls(joints, tool=tool, name=name, followers=followers)
 
     def to_urdf(self, path: str | os.PathLike[str] | None = None) -> str:
         """The arm as URDF, which ``from_urdf`` reads back; acceleration limits have no place in it.

@@ -67,7 +67,7 @@ class Positions:
         while name not in self.held:
             mimic = self.mimic_of(name)
             if mimic is None:
-                if name in self.moving:
+                if name in self.moving and factor != 0.0:
                     return Place(name, factor, offset)
                 return self._still(name, offset)
             factor, offset = factor * mimic.multiplier, factor * mimic.offset + offset

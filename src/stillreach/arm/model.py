@@ -18,6 +18,7 @@ from stillreach.arm.describe import describe, headline
 from stillreach.arm.dexterity import Asked, spectra
 from stillreach.arm.dh import DHRow, dh_chain
 from stillreach.arm.files import RobotFiles
+from stillreach.arm.follower import Follower, Moving, chain, checked
 from stillreach.arm.joint import KINDS, Joint, named
 from stillreach.arm.limits import driven, limited
 from stillreach.arm.modules import module_chain
@@ -33,21 +34,32 @@ class Arm(RobotFiles, Value):
         joints: one or more Joint, from the base on; those without a name become ``j1``, ``j2``, … by place.
         tool: (4, 4) [m] pose of the tool seen from the frame that the last joint moves; None is the identity.
         name: what the arm is called in tables and files.
+        followers: joints without a drive, that move with others (mimic joints).
 
     Raises:
-        InputError: no joint, something else than a Joint, two joints of one name, a tool that is not rigid.
+        InputError: no joint, something else than a Joint, two joints of one name, a tool that is not rigid, followers
+            of no joint or without a place.
     """
 
     joints: tuple[Joint, ...]
     tool: FloatArray
     name: str
+    followers: tuple[Follower, ...]
 
-    def __init__(self, joints: Iterable[Joint], *, tool: npt.ArrayLike | None = None, name: str = "arm") -> None:
+    def __init__(
+        self,
+        joints: Iterable[Joint],
+        *,
+        tool: npt.ArrayLike | None = None,
+        name: str = "arm",
+        followers: Iterable[Follower] = (),
+    ) -> None:
         if not isinstance(name, str) or not name:
             raise InputError("name", _door.describe(name), "the arm's name (text, not empty)")
         object.__setattr__(self, "joints", named(joints))
         object.__setattr__(self, "tool", _door.pose("tool", np.eye(4) if tool is None else tool))
         object.__setattr__(self, "name", name)
+        object.__setattr__(self, "followers", checked(followers, self.joints))
 
     @classmethod
     def from_joints(cls, joints: Iterable[Joint], *, tool: npt.ArrayLike | None = None, name: str = "arm") -> Arm:
@@ -141,16 +153,29 @@ class Arm(RobotFiles, Value):
     @cached_property
     def reach(self) -> float:
         """Distance from the base that the tool never exceeds [m]: links stretched, slides at their ends."""
-        links = [joint.placement for joint in self.joints] + [self.tool]
-        slides = [max(map(abs, joint.position_limits)) for joint in self.joints if joint.kind == "prismatic"]
+        links = [moving.joint.placement for moving in self.chain] + [self.tool]
+        slides = [
+            max(abs(moving.factor * end + moving.offset) for end in self.joints[moving.leader].position_limits)
+            for moving in self.chain
+            if moving.joint.kind == "prismatic"
+        ]
         return float(sum(np.linalg.norm(T[:3, 3]) for T in links) + sum(slides))
+
+    @cached_property
+    def chain(self) -> tuple[Moving, ...]:
+        """All joints that move, the followers included, from the base on."""
+        return chain(self.joints, self.followers)
 
     @cached_property
     def model(self) -> ArmModel:
         """The arm in the compiled core."""
-        placements = np.array([joint.placement for joint in self.joints])
-        axes = np.array([joint.axis for joint in self.joints])
-        return ArmModel(self.kinds, placements, axes, self.tool)
+        placements = np.array([moving.joint.placement for moving in self.chain])
+        axes = np.array([moving.joint.axis for moving in self.chain])
+        kinds = [KINDS.index(moving.joint.kind) for moving in self.chain]
+        if not self.followers:
+            return ArmModel(kinds, placements, axes, self.tool)
+        _, leaders, factors, offsets = zip(*self.chain, strict=True)
+        return ArmModel(kinds, placements, axes, self.tool, leaders, np.array(factors), np.array(offsets))
 
     def forward(self, q: npt.ArrayLike) -> FloatArray:
         """Pose of the tool in the base frame.
@@ -245,7 +270,7 @@ class Arm(RobotFiles, Value):
             InputError: wrong shape, NaN, a negative rate, or lower above upper.
         """
         joints = limited(self.joints, velocity=velocity, position=position, acceleration=acceleration)
-        return Arm(joints, tool=self.tool, name=self.name)
+        return Arm(joints, tool=self.tool, name=self.name, followers=self.followers)
 
     def with_tool(self, tool: npt.ArrayLike) -> Arm:
         """The same arm with another tool in place of the one it has.
@@ -258,7 +283,7 @@ class Arm(RobotFiles, Value):
         Raises:
             InputError: it is not a rigid transform.
         """
-        return Arm(self.joints, tool=tool, name=self.name)
+        return Arm(self.joints, tool=tool, name=self.name, followers=self.followers)
 
     def describe(self) -> str:
         """A table of the joints, their axes and limits, and the reach; ``str(arm)`` is the same."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from stillreach import _door
 from stillreach._door import FloatArray
-from stillreach.arm.joint import Joint
+from stillreach.arm.follower import Moving
 from stillreach.arm.placements import rotation_y, rotation_z
 from stillreach.arm.urdf_joint import NO_LIMIT
 from stillreach.errors import InputError
@@ -33,12 +33,12 @@ def urdf_text(arm: Arm) -> str:
     Raises:
         InputError: a name holds characters that XML cannot hold.
     """
-    names = _Names(arm.joint_names)
+    names = _Names(str(moving.joint.name) for moving in arm.chain)
     parent = names.new("base_link")
     body = [f"  <link name={parent}/>"]
-    for joint in arm.joints:
-        child = names.new(f"{str(joint.name)[:LONGEST]}_link")
-        body += [f"  <link name={child}/>", *_joint(joint, parent, child)]
+    for moving in arm.chain:
+        child = names.new(f"{str(moving.joint.name)[:LONGEST]}_link")
+        body += [f"  <link name={child}/>", *_joint(moving, str(arm.joints[moving.leader].name), parent, child)]
         parent = child
     tool = names.new("tool")
     body += [
@@ -85,7 +85,9 @@ def _quoted(name: str) -> str:
     return quoteattr(name, {"\t": "&#9;", "\n": "&#10;", "\r": "&#13;"})
 
 
-def _joint(joint: Joint, parent: str, child: str) -> list[str]:
+def _joint(moving: Moving, leader: str, parent: str, child: str) -> list[str]:
+    joint, _, factor, offset = moving
+    mimic = [f'    <mimic joint={_quoted(leader)} multiplier="{factor!r}" offset="{offset!r}"/>']
     lower, upper = joint.position_limits
     free = math.isinf(lower) and math.isinf(upper)
     word = "continuous" if free and joint.kind == "revolute" else joint.kind
@@ -97,6 +99,7 @@ def _joint(joint: Joint, parent: str, child: str) -> list[str]:
         *_placed(joint.placement, parent, child),
         f'    <axis xyz="{_numbers(joint.axis)}"/>',
         f"    <limit {' '.join(limit)}/>",
+        *(mimic if joint.name != leader else []),
         "  </joint>",
     ]
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stillreach.arm import Arm
+from stillreach.arm.placements import moved
 from stillreach.show.style import SCREEN, Look, matplotlib_or_error
 
 SIDES = 20
@@ -22,15 +23,17 @@ def stations(arm: Arm, q: npt.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Where the joints of an arm sit at q (n,) [rad] or [m].
 
     Returns:
-        Points (n + 2, 3) [m]: the base, each joint, the tool; and the joints' axes (n, 3) in the base frame.
+        Points (k + 2, 3) [m]: the base, each of the k joints of ``arm.chain``, the tool; and those joints' axes (k, 3)
+        in the base frame.
     """
     q = np.asarray(q, dtype=np.float64)
-    points, axes = [np.zeros(3)], []
-    for k, joint in enumerate(arm.joints):
-        before = Arm(arm.joints[: k + 1]).forward(np.append(q[:k], 0.0))
-        points.append(before[:3, 3])
-        axes.append(before[:3, :3] @ joint.axis)
-    points.append(arm.forward(q)[:3, 3])
+    T, points, axes = np.eye(4), [np.zeros(3)], []
+    for joint, leader, factor, offset in arm.chain:
+        T = T @ joint.placement
+        points.append(T[:3, 3])
+        axes.append(T[:3, :3] @ joint.axis)
+        T = T @ moved(joint.kind, joint.axis, factor * q[leader] + offset)
+    points.append((T @ arm.tool)[:3, 3])
     return np.array(points), np.array(axes)
 
 
@@ -62,9 +65,9 @@ def draw(
     points = points / look.length
     width = _thickness(points)
     shapes = [(_tube(start, end, width), LINK) for start, end in pairwise(points)]
-    for joint, (point, axis) in enumerate(zip(points[1:-1], axes, strict=True)):
+    for moving, point, axis in zip(arm.chain, points[1:-1], axes, strict=True):
         along = 1.9 * width * axis
-        shapes.append((_tube(point - along, point + along, 1.55 * width), FAILED if joint in failed else JOINT))
+        shapes.append((_tube(point - along, point + along, 1.55 * width), FAILED if moving.leader in failed else JOINT))
     faces = [(face, (*_lit(face, colour), alpha)) for tube, colour in shapes for face in tube]
     # one collection, so that near faces hide far ones
     colours = [colour for _, colour in faces]
@@ -73,8 +76,8 @@ def draw(
     )
     if labels:
         _tool(ax, arm.forward(q), look, 5.0 * width)
-        for name, point in zip(arm.joint_names, points[1:-1], strict=True):
-            ax.text(*point, f"   {name}", fontsize=8, va="bottom")
+        for moving, point in zip(arm.chain, points[1:-1], strict=True):
+            ax.text(*point, f"   {moving.joint.name}", fontsize=8, va="bottom")
     fit(ax, points)
 
 
