@@ -15,6 +15,7 @@ def draw(ticks: list[Peer], batches: list[Peer], path: Path) -> None:
     mpl.use("Agg")
     from matplotlib import pyplot as plt
     from matplotlib.patches import Patch
+    from matplotlib.ticker import NullFormatter
 
     tables = [
         (peers, title) for peers, title in ((ticks, "one tick"), (batches, "a row of a batch")) if measured(peers)
@@ -35,6 +36,7 @@ def draw(ticks: list[Peer], batches: list[Peer], path: Path) -> None:
         )
         axis.bar_label(bars, labels=[f"{p.best:.3g}" for p in shown], padding=3, fontsize=8)
         axis.set_xscale("log")
+        axis.xaxis.set_minor_formatter(NullFormatter())
         axis.margins(x=0.12)
         axis.tick_params(labelsize=8)
         axis.set_title(f"{title} [µs]", loc="left", fontsize=9)

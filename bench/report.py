@@ -92,7 +92,7 @@ def requirements(ticks: list[Peer]) -> list[str]:
         fastest = min(others, key=lambda peer: peer.best)
         for ours, least, call in ((bound, BOUND_RATIO, "bound buffers"), (new, NEW_RATIO, "a new array")):
             lines.append(_met(f"{call} over the fastest peer ({fastest.entry.title})", fastest.best / ours.best, least))
-    for key in ("pink", "mink"):
+    for key in ("pink", "pink-frame", "mink", "mink-frame"):
         if bound and key in by_key:
             lines.append(_met(f"bound buffers over {by_key[key].entry.title}", by_key[key].best / bound.best, QP_RATIO))
     lines += [_safe(ours) for ours in (bound, new) if ours]

@@ -30,7 +30,7 @@ def show(job, index):
         corpus.set_out(folder)
         path = Path(folder) / f"fuzz{job.kind.suffix}"
         path.write_bytes(data)
-        what, error = outcome(job.kind, path, rng)
+        what, error, _ = outcome(job.kind, path, rng)
     if error is not None:
         traceback.print_exception(error)
     print(what)

@@ -30,8 +30,10 @@ TICKS = (
     Entry("placo", "placo", "placo"),
     Entry("robotics-toolbox", "Robotics Toolbox + quadprog", "robotics_toolbox"),
     Entry("embodik", "EmbodiK", "embodik"),
-    Entry("mink", "mink (daqp)", "mink"),
-    Entry("pink", "Pink (quadprog)", "pink"),
+    Entry("mink", "mink (daqp), a twist task of one's own", "mink"),
+    Entry("mink-frame", "mink (daqp), `FrameTask`", "mink", "FrameTaskPeer"),
+    Entry("pink", "Pink (quadprog), a twist task of one's own", "pink"),
+    Entry("pink-frame", "Pink (quadprog), `FrameTask`", "pink", "FrameTaskPeer"),
     Entry("drake", "Drake, differential inverse kinematics", "drake"),
 )
 

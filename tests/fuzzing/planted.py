@@ -65,6 +65,6 @@ class Sometimes:
     def __init__(self, defect, often):
         self.defect, self.often = defect, often
 
-    def __call__(self, path, rng):
+    def __call__(self, path, rng, watch):
         chance = random.Random(path.read_bytes()).random()
-        return (self.defect if chance < self.often else sound)(path, rng)
+        return watch(self.defect if chance < self.often else sound, path, rng)

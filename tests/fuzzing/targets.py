@@ -2,6 +2,7 @@
 
 import dataclasses
 import random
+import time
 import warnings
 from pathlib import Path
 
@@ -15,6 +16,20 @@ MOST_TICKS = 300
 LONGEST_MESSAGE = 20_000
 
 
+class Watch:
+    """Calls functions, and remembers the longest call's processor time in `longest` [s]."""
+
+    def __init__(self):
+        self.longest = 0.0
+
+    def __call__(self, call, *args, **settings):
+        start = time.process_time()
+        try:
+            return call(*args, **settings)
+        finally:
+            self.longest = max(self.longest, time.process_time() - start)
+
+
 class Broken(AssertionError):
     """A file was taken or refused in a way that helps nobody."""
 
@@ -24,47 +39,47 @@ def _demand(condition, what):
         raise Broken(what)
 
 
-def read_robot(path, rng):
+def read_robot(path, rng, watch):
     """'accepted' or 'refused'; anything else is an exception."""
     try:
-        arm = _chain(path, rng)
+        arm = _chain(path, rng, watch)
     except RobotFileError as error:
         _check_refusal(error, path, error.expected, [error.line])
         return "refused"
-    _check_arm(arm, rng)
+    _check_arm(arm, rng, watch)
     return "accepted"
 
 
-def _chain(path, rng):
+def _chain(path, rng, watch):
     """The arm; where the file has several ends, or the chain without joints, between two of its links."""
     try:
-        return sr.Arm.from_urdf(path)
+        return watch(sr.Arm.from_urdf, path)
     except RobotFileError as error:
         if error.argument != "tip" or not error.choices:
             raise
         tip, base = rng.choice(error.choices), rng.choice((None, *error.choices))
-        return sr.Arm.from_urdf(path, tip=tip, base=base)
+        return watch(sr.Arm.from_urdf, path, tip=tip, base=base)
 
 
-def _check_arm(arm, rng):
+def _check_arm(arm, rng, watch):
     """An arm has poses, a Jacobian, a description, and a file that makes the same arm again."""
     numbers = np.random.default_rng(rng.getrandbits(32))
     q = np.clip(numbers.uniform(-3.0, 3.0, arm.n), *arm.position_limits.T)
-    pose = arm.forward(q)
-    _demand(np.isfinite(pose).all() and np.isfinite(arm.jacobian(q)).all(), "a pose or Jacobian that is not finite")
+    pose, J = watch(arm.forward, q), watch(arm.jacobian, q)
+    _demand(np.isfinite(pose).all() and np.isfinite(J).all(), "a pose or Jacobian that is not finite")
     _demand(np.allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-9), "a rotation that is none")
-    _demand(arm.describe().strip(), "no description")
-    again = sr.Arm.from_urdf(arm.to_urdf())
+    _demand(watch(arm.describe).strip(), "no description")
+    again = watch(sr.Arm.from_urdf, watch(arm.to_urdf))
     scale = 1.0 + max(abs(pose[:3, 3]).max(), *(abs(joint.placement[:3, 3]).max() for joint in arm.joints))
     _demand(again.joint_names == arm.joint_names, "other joints after to_urdf")
     _demand(abs(again.forward(q) - pose).max() < 1e-9 * scale * arm.n, "another pose after to_urdf")
 
 
-def read_scenario(path, rng):
+def read_scenario(path, rng, watch):
     """'accepted' or 'refused'; anything else is an exception."""
     del rng
     try:
-        scenario = sr.Scenario.load(path)
+        scenario = watch(sr.Scenario.load, path)
     except ScenarioFileError as error:
         _demand(error.mistakes, "a refusal without a mistake")
         for mistake in error.mistakes:
@@ -72,7 +87,7 @@ def read_scenario(path, rng):
         _check_refusal(error, path, "".join(m.expected for m in error.mistakes), [m.line for m in error.mistakes])
         return "refused"
     if scenario.duration / scenario.period <= MOST_TICKS:
-        run = sr.simulate(scenario)
+        run = watch(sr.simulate, scenario)
         _demand(np.isfinite(run.q).all() and np.isfinite(run.rates).all(), "joint values that are not finite")
     return "accepted"
 
@@ -121,12 +136,13 @@ def made(name, kind, files, seed, index):
 
 
 def outcome(kind, path, rng):
-    """What came of a file: 'accepted', 'refused', or what should not have, with the exception."""
+    """What came of a file: 'accepted', 'refused', or what should not have; the exception; the longest call [s]."""
+    watch = Watch()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            return kind.read(path, rng), None
+            return kind.read(path, rng, watch), None, watch.longest
         except Broken as error:
-            return f"broken: {error}"[:100], error
+            return f"broken: {error}"[:100], error, watch.longest
         except Exception as error:
-            return f"raised {type(error).__name__}", error
+            return f"raised {type(error).__name__}", error, watch.longest

@@ -195,7 +195,7 @@ def test_a_table_and_its_requirements_say_who_is_slower_and_wrong(problem: Probl
     assert [cell.strip() for cell in lines[2].split("|")][2:5] == ["2.00", "3.00", "1.0"]
     assert [cell.strip() for cell in lines[3].split("|")][2:5] == ["100.00", "200.00", "50.0"]
     assert [cell.strip() for cell in lines[3].split("|")][6] == "128"
-    assert "- MISSED: bound buffers over Pink (quadprog): 50.0 times, required 80" in requirements([ours, peer])
+    assert f"- MISSED: bound buffers over {peer.entry.title}: 50.0 times, required 80" in requirements([ours, peer])
 
 
 def test_the_readme_keeps_all_but_what_lies_between_the_markers(tmp_path: Path) -> None:

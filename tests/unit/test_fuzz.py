@@ -12,6 +12,7 @@ FILES = 1000
 
 
 @pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.timeout(600)
 def test_spoiled_files_are_taken_or_refused(kind, tmp_path, capsys):
     tally = campaign(Job(kind, KINDS[kind], seed=1, save=tmp_path), FILES)
     with capsys.disabled():
@@ -32,7 +33,7 @@ def test_the_files_that_are_spoiled_are_sound(kind, tmp_path):
     path = tmp_path / f"sound{KINDS[kind].suffix}"
     for data in KINDS[kind].files():
         path.write_bytes(data)
-        assert outcome(KINDS[kind], path, random.Random(0)) == ("accepted", None), data.decode()
+        assert outcome(KINDS[kind], path, random.Random(0))[:2] == ("accepted", None), data.decode()
 
 
 @pytest.mark.parametrize("kind", KINDS)
