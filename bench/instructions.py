@@ -1,4 +1,4 @@
-"""Instructions of one tick, counted by valgrind's callgrind: the same on every run, whatever else the machine does.
+"""Instructions of one tick, or row of a batch, counted by valgrind's callgrind: the same on every run.
 
 ``make instructions`` prints them beside the stored figures and stores the new ones in ``instructions.toml``;
 ``tests/unit/test_instruction_counts.py`` keeps them within 5 %.
@@ -23,7 +23,8 @@ CALLGRIND = [
     "--toggle-collect=piece",
 ]
 HEAD = """\
-# Instructions of one tick of each kind of bench/ticks.cpp, and what they hold for. Written by `make instructions`.
+# Instructions of one tick, or row of a batch, of each kind of bench/ticks.cpp, and what they hold for.
+# Written by `make instructions`.
 """
 
 

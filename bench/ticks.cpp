@@ -1,4 +1,4 @@
-// Control ticks and nothing else, for counting instructions: `ticks KIND COUNT` does the work, all of it in piece().
+// Control ticks, and rows of batches, for counting instructions: `ticks KIND COUNT` does that many, all of them in piece().
 // bench/instructions.py counts what is inside:
 //   valgrind --tool=callgrind --callgrind-out-file=/dev/null --collect-atstart=no --toggle-collect=piece ticks "least error" 1000
 #include <cstdio>
@@ -35,10 +35,41 @@ Work walk(const stillreach::LawSettings& law) {
   };
 }
 
+// The same arm and faults, `count` rows of a batch at once: random poses, twists of which some are out of reach.
+Work batch(const stillreach::LawSettings& law) {
+  return [law](long count) {
+    const Robot robot(paper_chain(), law);
+    const int n = robot.n;
+    Random random(1);
+    const std::vector<double> q = random.vector(static_cast<int>(count) * n, 2.0), twist = random.vector(static_cast<int>(count) * 6, 0.3);
+    std::vector<double> lower(n, -50 * kDegree), upper(n, 50 * kDegree), rates(q.size());
+    std::vector<std::int32_t> status(count);
+    for (int joint : {1, 3, 6}) lower[joint] = upper[joint] = 0.0;
+    stillreach::Batch b{};
+    b.arm = robot.state.arm, b.law = law, b.m = 6, b.every_row = 1;
+    for (int r = 0; r < 6; ++r) b.rows[r] = r;
+    b.q = q.data(), b.twist = twist.data(), b.twist_stride = 6, b.lower = lower.data(), b.upper = upper.data();
+    b.rates = rates.data(), b.status = status.data();
+    struct alignas(32) Quad {
+      double numbers[4];
+    };
+    std::vector<Quad> doubles(kernel().batch_doubles(n, false) / 4 + 1);
+    std::vector<int> ints(kernel().batch_ints(n));
+    std::vector<std::int8_t> bytes(kernel().batch_bytes(n));
+    piece([&] { kernel().batch(b, 0, count, {doubles[0].numbers, ints.data(), bytes.data()}); });
+    double sum = 0.0;
+    for (double rate : rates) sum += rate;
+    return sum;
+  };
+}
+
 // Every kind of work by its name: what is new is counted once it has a line here and `make instructions` was run.
 std::vector<std::pair<std::string, Work>> every_kind() {
   std::vector<std::pair<std::string, Work>> kinds;
   for (const NamedLaw& law : every_law()) kinds.emplace_back(law.name, walk(law.settings));
+  for (const NamedLaw& law : every_law())
+    for (const char* name : {"pseudoinverse", "exact", "least error", "keep direction"})
+      if (std::strcmp(law.name, name) == 0) kinds.emplace_back("batch, " + std::string(name), batch(law.settings));
   return kinds;
 }
 

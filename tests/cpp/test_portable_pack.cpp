@@ -1,5 +1,5 @@
-// Packs as plain structs give the same numbers to the last bit as the compiler's vectors: in every law, tick after tick.
-// CUDA compiles those structs; here they run.
+// Packs as plain structs give the same numbers to the last bit as the compiler's vectors: in every law, tick after
+// tick. CUDA compiles those structs; here they run.
 #include <cstring>
 
 #include "check.hpp"
@@ -121,6 +121,44 @@ void test_kinematics_at_any_angle() {
   }
 }
 
+struct Rates {
+  std::vector<double> rates, residual, damping;
+  std::vector<std::int32_t> status;
+};
+
+Rates solve_batch(const stillreach::Kernel& k, stillreach::Batch b, int count) {
+  const int n = b.arm.n;
+  Rates to{std::vector<double>(count * n), std::vector<double>(count * b.m), std::vector<double>(count), std::vector<std::int32_t>(count)};
+  b.rates = to.rates.data(), b.residual = to.residual.data(), b.damping = to.damping.data(), b.status = to.status.data();
+  std::vector<double> doubles(k.batch_doubles(n, false) + 4);
+  std::vector<int> ints(k.batch_ints(n));
+  std::vector<std::int8_t> bytes(k.batch_bytes(n));
+  const std::size_t off = reinterpret_cast<std::uintptr_t>(doubles.data()) % 32 / sizeof(double);
+  k.batch(b, 0, count, {doubles.data() + (off ? 4 - off : 0), ints.data(), bytes.data()});
+  return to;
+}
+
+// Four rows in the lanes, on and beside singularities, with two joints that failed.
+void test_batches_of_every_law() {
+  const int count = 203;
+  Random random(17);
+  Robot robot(paper_chain(), every_law()[0].settings);
+  std::vector<double> q = random.vector(count * robot.n, 2.0), twist = random.vector(count * 6, 0.6), lower(robot.n, -0.5), upper(robot.n, 0.6);
+  for (int i = 0; i < count * robot.n; ++i)
+    if (i / robot.n % 9 == 0) q[i] = i % 2 ? 0.0 : 1e-7;
+  lower[2] = upper[2] = 0.0, lower[7] = upper[7] = 0.1;
+  for (const NamedLaw& law : every_law())
+    for (int m : {3, 6}) {
+      stillreach::Batch b{};
+      b.arm = robot.state.arm, b.law = law.settings, b.m = m, b.every_row = m == 6;
+      for (int r = 0; r < m; ++r) b.rows[r] = r;
+      b.q = q.data(), b.twist = twist.data(), b.twist_stride = 6, b.lower = lower.data(), b.upper = upper.data();
+      const Rates vector = solve_batch(kernel(), b, count), scalar = solve_batch(plain(), b, count);
+      CHECK(same(vector.rates, scalar.rates) && same(vector.residual, scalar.residual));
+      CHECK(same(vector.damping, scalar.damping) && same(vector.status, scalar.status));
+    }
+}
+
 void test_the_kernels_are_two() { CHECK(std::strstr(plain().instruction_set, "portable") && !std::strstr(kernel().instruction_set, "portable")); }
 
 }  // namespace
@@ -130,5 +168,6 @@ int main() {
   test_ticks_of_every_law_and_kind_of_task();
   test_laws_on_jacobians_of_any_rank();
   test_kinematics_at_any_angle();
+  test_batches_of_every_law();
   return finish("test_portable_pack");
 }
