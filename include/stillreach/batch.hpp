@@ -89,6 +89,9 @@ inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* int
   return b;
 }
 
+// Whether there is a rate within these bounds.
+STILLREACH_INLINE bool leaves_room(double low, double high) { return low <= high && low < infinity() && high > -infinity(); }
+
 // One row's bounds with position limits and acceleration window, as a controller's tick makes them. Returns what that does to
 // the row's status: (status & kept) | added. to: 2 n numbers.
 struct LimitedStatus {
@@ -108,6 +111,7 @@ inline LimitedStatus limited_bounds(const Batch& b, std::ptrdiff_t row, double* 
     c.health[i] = low[i] < high[i] ? HEALTHY : RUNAWAY;
     runaway |= !(low[i] < high[i]) && low[i] != 0.0;
     kept &= joint_bounds(c, i, b.q[row * n + i]);
+    if (!leaves_room(low[i], high[i])) c.lower[i] = infinity();  // limits may not make an answer of what is no question
   }
   // A window that leaves one rate is no fault.
   return {kept ? OK : LIMIT_GIVEN_UP, runaway ? ~OK : ~FAULT_NOT_COMPENSATED};
@@ -129,7 +133,7 @@ inline bool answerable(const Batch& b, std::ptrdiff_t row) {
     for (int i = 0; i < n; ++i) doubt += b.last[row * n + i] - b.last[row * n + i];
   const double *low = b.lower + row * b.bounds_stride, *high = b.upper + row * b.bounds_stride;
   bool room = true;
-  for (int i = 0; i < n; ++i) room &= low[i] <= high[i] && low[i] < infinity() && high[i] > -infinity();
+  for (int i = 0; i < n; ++i) room &= leaves_room(low[i], high[i]);
   return doubt == 0.0 && room;
 }
 
@@ -166,7 +170,7 @@ inline void write_invalid(const Batch& b, std::ptrdiff_t row, double* rates, std
   const double *low = b.lower + row * b.bounds_stride, *high = b.upper + row * b.bounds_stride;
   double residual[kRows] = {0, 0, 0, 0, 0, 0};
   for (int i = 0; i < n; ++i) {
-    const bool room = low[i] <= high[i] && low[i] < infinity() && high[i] > -infinity();
+    const bool room = leaves_room(low[i], high[i]);
     rates[i] = room ? clamp(0.0, low[i], high[i]) : 0.0, active[i] = room && low[i] == high[i] ? 2 : 0;
   }
   write_single(b, row, Answer{rates, residual, active, nullptr, INVALID_INPUT, 0, 0.0, 0.0, 0.0});
@@ -347,7 +351,7 @@ inline void solve_lane_rows(const Batch& b, std::ptrdiff_t first, std::ptrdiff_t
 
 inline bool bounds_leave_room(const Batch& b) {
   for (int i = 0; i < b.arm.n; ++i)
-    if (!(b.lower[i] <= b.upper[i] && b.lower[i] < infinity() && b.upper[i] > -infinity())) return false;
+    if (!leaves_room(b.lower[i], b.upper[i])) return false;
   return true;
 }
 

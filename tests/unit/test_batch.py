@@ -181,6 +181,18 @@ def test_a_row_that_is_no_question_stops_no_other(law, spoil, value):
     assert np.array_equal(batch.pose[5], np.zeros((4, 4)))
 
 
+@pytest.mark.parametrize(("low", "high"), [(0.2, 0.1), (-0.5, -np.inf), (np.inf, 0.5), (np.inf, np.inf), (np.nan, 0.5)])
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+def test_limits_make_no_answer_of_bounds_that_leave_no_rate(law, low, high):
+    q, twist, (lower, upper) = questions()
+    lower[5], upper[5] = -0.5, 0.5
+    lower[5, 0], upper[5, 0] = low, high
+    limited = ARM.with_limits(position=(-3.0, 3.0), acceleration=5.0)
+    batch = sr.solve_batch(limited, law, q, twist, (lower, upper), last_rates=np.zeros(11), period=0.1)
+    assert np.array_equal(np.flatnonzero(batch.status & Status.INVALID_INPUT), [5])
+    assert np.array_equal(batch.rates[5], np.zeros(11))
+
+
 @pytest.mark.parametrize("name", ["reference", "last_rates"])
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
 def test_a_nan_beside_the_question_marks_its_row(law, name):
