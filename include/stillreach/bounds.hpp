@@ -54,11 +54,8 @@ STILLREACH_INLINE bool joint_bounds(ControllerState& c, int i, double q) {
   } else if (fastest < lower - slack) {
     upper = lower, c.upper_reason[i] = c.lower_reason[i], kept = false;
   } else {
-    // Braking along the curve is no fault: a width of nothing would make the joint one that has failed, tick by tick as
-    // rounding has it, and the damping of a law looks at the joints that work. A hair of room keeps it among them.
-    const double hair = 0.5 * slack;
-    if (slowest > lower) lower = smaller(slowest, lower < upper ? larger(upper - hair, lower) : upper), c.lower_reason[i] = ACCELERATION;
-    if (fastest < upper) upper = larger(fastest, lower < upper ? smaller(lower + hair, upper) : lower), c.upper_reason[i] = ACCELERATION;
+    if (slowest > lower) lower = smaller(slowest, upper), c.lower_reason[i] = ACCELERATION;
+    if (fastest < upper) upper = larger(fastest, lower), c.upper_reason[i] = ACCELERATION;
   }
   return kept;
 }
