@@ -92,6 +92,8 @@ def test_turning_the_base_leaves_the_rates(law, arm, broken):
     asked = [scene for scene in scenes(arm) if scene.has_clear_rank()]
     if contract.of_vectors:
         asked = [scene for scene in asked if scene.has_distinct_singular_values()]
+    if law == "damping 0":  # undamped at a singular pose, the rounding of the turned matrix decides what is clipped
+        asked = [scene for scene in asked if np.linalg.cond(scene.j) < 1e6]
     R, _ = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))
     turn = np.kron(np.eye(2), R * np.linalg.det(R))
     for scene in asked:

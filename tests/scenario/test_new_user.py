@@ -13,6 +13,8 @@ from matplotlib import image
 
 import stillreach as sr
 
+pytestmark = pytest.mark.xdist_group("new user")  # one test goes on where another stopped
+
 COMMAND = Path(sys.executable).with_name("stillreach")
 PANDA = "cmeel.prefix/share/example-robot-data/robots/panda_description/urdf/panda.urdf"
 ELBOW = "panda_joint4"
