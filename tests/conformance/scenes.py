@@ -50,6 +50,11 @@ class Scene:
         """The law's answer."""
         return law.solve(self.j, self.twist, self.bounds, row_kinds=self.rows, joint_kinds=self.joints, **kwargs)
 
+    def without_limits(self):
+        """The same with bounds on fixed joints only."""
+        lower, upper = (np.where(self.fixed, self.lower, side) for side in (-np.inf, np.inf))
+        return replace(self, lower=lower, upper=upper)
+
     def times(self, s):
         """Twist and all bounds times s."""
         return replace(self, twist=s * self.twist, lower=s * self.lower, upper=s * self.upper)

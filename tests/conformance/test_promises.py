@@ -38,6 +38,10 @@ def same(scene, contract, one, other, joint=1.0, error=1.0):
     gap = np.max(np.abs(one.rates - other.rates / joint))
     if gap <= closeness(scene) * scene.size(one.rates):
         return True
+    if one.status & Status.CLIPPED:  # the other joints' rates are rounded as those that were clipped were
+        unclipped = scene.without_limits().ask(contract.make()).rates
+        if gap <= CLOSE * scene.size(unclipped):
+            return True
     reach = np.linalg.norm(scene.twist) + np.linalg.norm(scene.j, axis=0) @ np.abs(one.rates)
     return not contract.continuous and abs(one.task_error - other.task_error / error) <= 1e-9 * reach
 
@@ -92,8 +96,6 @@ def test_turning_the_base_leaves_the_rates(law, arm, broken):
     asked = [scene for scene in scenes(arm) if scene.has_clear_rank()]
     if contract.of_vectors:
         asked = [scene for scene in asked if scene.has_distinct_singular_values()]
-    if law == "damping 0":  # undamped at a singular pose, the rounding of the turned matrix decides what is clipped
-        asked = [scene for scene in asked if np.linalg.cond(scene.j) < 1e6]
     R, _ = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))
     turn = np.kron(np.eye(2), R * np.linalg.det(R))
     for scene in asked:
