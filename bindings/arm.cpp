@@ -43,22 +43,16 @@ constexpr long kRowsAlone = 512;  // fewer are not worth waking a thread
 
 // All rows of b, without the interpreter's lock, on several threads where there are many; Ctrl-C ends it.
 static void each_row(const stillreach::KinematicsBatch& b, long count) {
-  const std::size_t wanted = kernel().kinematics_doubles(b.arm.n, b.count, b.metric.joints != nullptr) + 4;
+  const std::size_t wanted = kernel().kinematics_doubles(b.arm.n, b.count, b.metric.joints != nullptr);
   const auto work = [&](std::ptrdiff_t first, std::ptrdiff_t last, const Stopped&) {
     static thread_local std::vector<double> scratch;
-    if (scratch.size() < wanted) scratch.resize(wanted);
-    double* start = scratch.data();
-    while (reinterpret_cast<std::uintptr_t>(start) % 32 != 0) ++start;
-    kernel().kinematics_rows(b, first, last, start);
+    kernel().kinematics_rows(b, first, last, aligned(scratch, wanted));
   };
   if (count <= kRowsAtOnce) return work(0, count, {});
   bool finished;
   {
     const nb::gil_scoped_release released;
-    finished = run_blocks(count, kRowsAtOnce, count > kRowsAlone ? default_threads() : 1, work, [] {
-      const nb::gil_scoped_acquire held;
-      return PyErr_CheckSignals() == 0;
-    });
+    finished = run_blocks(count, kRowsAtOnce, count > kRowsAlone ? default_threads() : 1, work, no_signal);
   }
   if (!finished) nb::raise_python_error();
 }

@@ -17,10 +17,8 @@ struct BatchScratch {
   std::vector<std::int8_t> bytes;
   stillreach::Memory fit(int n, bool full) {
     const auto grow = [](auto& v, std::size_t count) { if (v.size() < count) v.resize(count); };
-    grow(doubles, kernel().batch_doubles(n, full) + 4), grow(ints, kernel().batch_ints(n)), grow(bytes, kernel().batch_bytes(n));
-    double* start = doubles.data();
-    while (reinterpret_cast<std::uintptr_t>(start) % 32 != 0) ++start;
-    return {start, ints.data(), bytes.data()};
+    grow(ints, kernel().batch_ints(n)), grow(bytes, kernel().batch_bytes(n));
+    return {aligned(doubles, kernel().batch_doubles(n, full)), ints.data(), bytes.data()};
   }
 };
 
@@ -58,12 +56,6 @@ class Arrays {
   nb::dict named_;
   std::vector<View> open_;
 };
-
-// False where a signal's handler raised, such as Ctrl-C's.
-bool no_signal() {
-  const nb::gil_scoped_acquire held;
-  return PyErr_CheckSignals() == 0;
-}
 
 void set_task(stillreach::Batch& b, const Law& law, const Metric& metric, nb::sequence rows, bool tool_axes) {
   const int m = metric.data->m;

@@ -39,6 +39,20 @@ struct Scratch {
   stillreach::Memory memory() { return {doubles.data(), ints.data(), bytes.data()}; }
 };
 
+// `count` numbers of `memory` on a 32-byte boundary, as the batch functions want them.
+inline double* aligned(std::vector<double>& memory, std::size_t count) {
+  if (memory.size() < count + 4) memory.resize(count + 4);
+  double* start = memory.data();
+  while (reinterpret_cast<std::uintptr_t>(start) % 32 != 0) ++start;
+  return start;
+}
+
+// Called without the interpreter's lock. False where a signal's handler raised, such as Ctrl-C's.
+inline bool no_signal() {
+  const nb::gil_scoped_acquire held;
+  return PyErr_CheckSignals() == 0;
+}
+
 struct Arm {
   int n;
   std::vector<double> placements;

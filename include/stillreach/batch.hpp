@@ -6,9 +6,9 @@
 #include "bounds.hpp"
 #include "kinematics.hpp"
 #include "coupled.hpp"
+#include "frames.hpp"
 #include "lane_kinematics.hpp"
 #include "lane_laws.hpp"
-#include "null_motion.hpp"
 
 namespace stillreach {
 
@@ -137,19 +137,6 @@ inline bool answerable(const Batch& b, std::ptrdiff_t row) {
   return doubt == 0.0 && room;
 }
 
-// Jacobian (by columns, base axes) to task rows.
-inline void select_rows(const Batch& b, const double* pose, const double* base, double* task) {
-  double v[6];
-  for (int h = 0; h < 6; h += 3)
-    for (int i = 0; i < 3; ++i) v[h + i] = b.tool_axes ? dot3(pose + 3 * i, base + h) : base[h + i];
-  for (int r = 0; r < b.m; ++r) task[r] = v[b.rows[r]];
-}
-
-inline void write_pose(const double* pose, double* to) {
-  for (int r = 0; r < 4; ++r)
-    for (int c = 0; c < 4; ++c) to[4 * r + c] = r < 3 ? pose[3 * c + r] : c == 3 ? 1.0 : 0.0;
-}
-
 inline void write_single(const Batch& b, std::ptrdiff_t row, const Answer& out) {
   const int n = b.arm.n;
   b.status[row] = out.status;
@@ -237,8 +224,7 @@ inline void write_more(const Batch& b, const std::ptrdiff_t* row, int lanes, con
         for (int r = 0; r < M; ++r) b.jacobian[(row[l] * M + r) * p.n + i] = p.jacobian[M * i + r][l];
       if (!b.active) continue;
       const double rate = out.rates[i][l], lower = p.lower[i][l], upper = p.upper[i][l];
-      const int top = rate >= upper - 1e-9 * magnitude(upper), bottom = rate <= lower + 1e-9 * magnitude(lower);
-      b.active[row[l] * p.n + i] = static_cast<std::int8_t>(lower < upper ? top - bottom : 2);
+      b.active[row[l] * p.n + i] = bound_code(rate, lower, upper);
     }
   }
 }

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "coupled.hpp"
+#include "frames.hpp"
 #include "lane_kinematics.hpp"
-#include "null_motion.hpp"
 #include "spectrum.hpp"
 #include "system.hpp"
 
@@ -35,14 +35,6 @@ STILLREACH_BEGIN
 STILLREACH_INLINE std::size_t kinematics_doubles(int n, int count, bool full) {
   const std::size_t k = static_cast<std::size_t>(count);
   return kLanes * (15 * static_cast<std::size_t>(n) + 16) + (kStride + kRows) * k + (full ? k * k : 0);
-}
-
-// Task rows of column `base` of a Jacobian in base axes.
-STILLREACH_INLINE void select_rows(const KinematicsBatch& b, const double* pose, const double* base, double* task) {
-  double v[6];
-  for (int h = 0; h < 6; h += 3)
-    for (int i = 0; i < 3; ++i) v[h + i] = b.tool_axes ? dot3(pose + 3 * i, base + h) : base[h + i];
-  for (int r = 0; r < b.m; ++r) task[r] = v[b.rows[r]];
 }
 
 // Singular values of the weighted columns, and their product. columns: (kStride + kRows) count numbers, and behind them the

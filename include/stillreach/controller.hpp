@@ -2,20 +2,13 @@
 #pragma once
 
 #include "bounds.hpp"
+#include "frames.hpp"
 #include "kinematics.hpp"
 #include "law.hpp"
 #include "null_motion.hpp"
 #include "tracking.hpp"
 
 STILLREACH_BEGIN
-
-// Rows of a base-axes 6-vector that the task looks at.
-STILLREACH_INLINE void select_rows(const ControllerState& c, const double* base, double* task) {
-  double v[6];
-  for (int h = 0; h < 6; h += 3)
-    for (int i = 0; i < 3; ++i) v[h + i] = c.tool_axes ? dot3(c.pose + 3 * i, base + h) : base[h + i];
-  for (int r = 0; r < c.m; ++r) task[r] = v[c.rows[r]];
-}
 
 // A joint fails or is restored. For a while the reference is what was commanded last.
 inline void set_health(ControllerState& c, int joint, int health, double value) {
@@ -82,8 +75,8 @@ inline void evaluate(ControllerState& c, const double* q, const double* twist, c
     if (c.every_row) {
       for (int r = 0; r < 6; ++r) c.twist[r] = c.command[r];
     } else {
-      for (int i = 0; i < n; ++i) select_rows(c, c.jacobian + 6 * i, c.task_jacobian + c.m * i);
-      select_rows(c, c.command, c.twist);
+      for (int i = 0; i < n; ++i) select_rows(c, c.pose, c.jacobian + 6 * i, c.task_jacobian + c.m * i);
+      select_rows(c, c.pose, c.command, c.twist);
     }
     const Problem p{c.m, n, c.task_jacobian, c.twist, c.lower, c.upper, reference_rates(c, q, w), c.metric};
     solve_law(c.law, p, w, out);

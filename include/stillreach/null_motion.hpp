@@ -3,12 +3,11 @@
 
 #include "controller_state.hpp"
 #include "coupled.hpp"
+#include "frames.hpp"
 #include "inner.hpp"
 #include "system.hpp"
 
 STILLREACH_BEGIN
-
-STILLREACH_INLINE double dot3(const double* a, const double* b) { return madd(a[0], b[0], madd(a[1], b[1], a[2] * b[2])); }
 
 // Column j of the map from the task rows back to base axes: forces along the task rows become a 6-vector [f; t].
 template <int M>
