@@ -59,7 +59,7 @@ def arithmetic() -> str:
 
 def shares(result: Result, counts: list[Count]) -> str:
     """What the kernel executed, in the time that it took."""
-    time = {figure.name: figure.kernel or figure.best for figure in result.of("laws")}
+    time = {figure.name: figure.kernel for figure in result.of("laws")}
     lines = []
     for one in counts:
         flops = one.operations * 1e-3 / time[one.law]
@@ -84,7 +84,7 @@ def sections() -> dict[str, str]:
         found["working"] = batch_tables.working(result)
         found["calls"] = batch_tables.calls(result)
         found["threads"] = batch_tables.threads(result)
-        if counts:
+        if counts and all(figure.kernel for figure in result.of("laws")):
             found["shares"] = shares(result, counts)
             draw(result, counts, PLOT)
     if counts:
