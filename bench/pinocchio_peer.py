@@ -2,9 +2,9 @@
 
 import numpy as np
 import pinocchio as pin
-from workload import FAILED
 
 import stillreach as sr
+from bench.workload import FAILED
 
 
 class PinocchioPeer:

@@ -10,11 +10,11 @@ import sys
 from collections.abc import Callable
 
 import numpy as np
-from pinocchio_peer import PinocchioPeer
-from timing import Row, machine_note, measure, pin_to_one_core
-from workload import OVER, Workload, arm, controller, workload
 
 import stillreach as sr
+from bench.pinocchio_peer import PinocchioPeer
+from bench.timing import Row, machine_note, measure, pin_to_one_core
+from bench.workload import OVER, Workload, arm, controller, workload
 
 LAWS: dict[str, tuple[sr.Law, tuple[float, float, float] | None]] = {
     "Pseudoinverse": (sr.Pseudoinverse(), (0.6, 1.5, 2.0)),

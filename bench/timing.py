@@ -4,10 +4,10 @@ import gc
 import os
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from workload import POSES, STEPS
+from bench.workload import POSES, STEPS
 
 
 @dataclass
@@ -45,20 +45,39 @@ def pin_to_one_core() -> int:
     return len(cores)
 
 
-def measure(rows: list[Row], seconds: float) -> int:
-    """Times all rows in turn, again and again, for about this long. Returns the number of repeats."""
-    paths = [slice(STEPS * pose, STEPS * (pose + 1)) for pose in range(POSES)]
+PATHS = [slice(STEPS * pose, STEPS * (pose + 1)) for pose in range(POSES)]
+
+
+def measure(
+    rows: list[Row],
+    seconds: float,
+    parts: Sequence[slice] = PATHS,
+    *,
+    least: int = 5,
+    between: Callable[[], object] | None = None,
+) -> int:
+    """Times all rows in turn, again and again, for about this long. Returns the number of repeats.
+
+    Args:
+        rows: what to time; each has as many lists of times as there are parts.
+        seconds: how long, at least.
+        parts: the slices of the workload that are timed one by one.
+        least: repeats, at least.
+        between: called after each repeat.
+    """
     gc.collect()
     gc.disable()
     repeats, end = 0, time.perf_counter() + seconds
     try:
-        while repeats < 5 or time.perf_counter() < end:
+        while repeats < least or time.perf_counter() < end:
             for row in rows:
-                for path, times in zip(paths, row.times, strict=True):
+                for part, times in zip(parts, row.times, strict=True):
                     began = time.perf_counter_ns()
-                    row.run(path)
-                    times.append((time.perf_counter_ns() - began) / (1e3 * STEPS))
+                    row.run(part)
+                    times.append((time.perf_counter_ns() - began) / (1e3 * (part.stop - part.start)))
             repeats += 1
+            if between:
+                between()
     finally:
         gc.enable()
     return repeats

@@ -79,8 +79,8 @@ static void make_controller(Controller* self, const Arm& arm, const Law& law, co
   c.scratch.fit(n, !c.metric->joints.empty());
 }
 
-// view: `out`, opened, where there is one.
-static Solution take_solution(Controller& c, nb::handle out, View view) {
+// to: the numbers of `out`, where there is one.
+static Solution take_solution(Controller& c, nb::handle out, double* to) {
   const int n = c.n(), m = c.state.m;
   Solution s;
   s.metric = c.metric, s.m = m, s.n = n, s.rank_tolerance = c.state.law.rank_tolerance;
@@ -89,11 +89,13 @@ static Solution take_solution(Controller& c, nb::handle out, View view) {
     nb::object length = n < 64 && lengths[n] ? nb::borrow(lengths[n]) : nb::object(nb::int_(n));
     if (n < 64 && !lengths[n]) lengths[n] = nb::object(length).release().ptr();
     s.rates = new_array(length);
-    view.open(s.rates);
+    View view;
+    to = numpy_vector(s.rates, n, true);
+    if (!to && view.open(s.rates)) to = view.data();
   } else {
     s.rates = nb::borrow(out);
   }
-  std::memcpy(view.data(), c.rates.data(), sizeof(double) * n);
+  std::memcpy(to, c.rates.data(), sizeof(double) * n);
   s.numbers.reset(new double[Solution::count(m, n)]);
   s.reasons.reset(new std::int8_t[n]);
   std::memcpy(s.jacobian(), c.state.task_jacobian, sizeof(double) * m * n);
@@ -107,23 +109,31 @@ static Solution take_solution(Controller& c, nb::handle out, View view) {
   return s;
 }
 
+// The numbers of `out` (n,), null where there is none; view keeps it open where it is no plain NumPy array.
+static double* open_out(nb::handle out, long n, View& view) {
+  if (out.is_none()) return nullptr;
+  if (double* to = numpy_vector(out, n, true)) return to;
+  view = strict("out", out, {n}, true);
+  return view.data();
+}
+
 static Solution step(Controller& c, nb::handle q, nb::handle twist, nb::handle out) {
   std::vector<double>& at = c.measured;
   double command[6];
   View view;
-  if (!out.is_none()) view = strict("out", out, {c.n()}, true);
+  double* const to = open_out(out, c.n(), view);
   read_vector("q", q, c.n(), at.data());
   read_vector("twist", twist, 6, command);
   if (!c.gradient.is_none()) c.update_gradient(at.data(), true);
   c.run(at.data(), command, nullptr);
-  return take_solution(c, out, std::move(view));
+  return take_solution(c, out, to);
 }
 
 static Solution track(Controller& c, nb::handle q, nb::handle target_pose, nb::handle feedforward, nb::handle out) {
   std::vector<double>& at = c.measured;
   double command[6] = {0, 0, 0, 0, 0, 0}, target[12];
   View view;
-  if (!out.is_none()) view = strict("out", out, {c.n()}, true);
+  double* const to = open_out(out, c.n(), view);
   read_vector("q", q, c.n(), at.data());
   View matrix;
   nb::object converted;
@@ -138,7 +148,7 @@ static Solution track(Controller& c, nb::handle q, nb::handle target_pose, nb::h
   if (!feedforward.is_none()) read_vector("feedforward", feedforward, 6, command);
   if (!c.gradient.is_none()) c.update_gradient(at.data(), true);
   c.run(at.data(), command, target);
-  return take_solution(c, out, std::move(view));
+  return take_solution(c, out, to);
 }
 
 // The arrays of a bound tick, held open for as long as it lives.

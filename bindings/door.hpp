@@ -56,6 +56,42 @@ class View {
   bool open_ = false;
 };
 
+// The head of a NumPy array, as NumPy's own macros read it (the PyArrayObject of its C API).
+struct ArrayHead {
+  PyObject_HEAD
+  char* data;
+  int dimensions;
+  Py_ssize_t* shape;
+  Py_ssize_t* strides;
+  PyObject* base;
+  PyObject* type;
+  int flags;
+};
+
+// A NumPy vector of `length` float64 in place, without the cost of the buffer protocol; null where it is something else.
+// What NumPy's arrays look like is checked once, against the buffer protocol.
+inline double* numpy_vector(nb::handle object, long length, bool writable = false) {
+  constexpr int in_place = 0x0001 | 0x0100, can_write = 0x0400;  // NumPy's flags: C order, aligned; writable
+  struct Known {
+    PyTypeObject* array = nullptr;
+    PyObject* float64 = nullptr;
+    Known() {
+      const nb::object sample = nb::module_::import_("numpy").attr("zeros")(3), type = sample.attr("dtype");
+      const ArrayHead* head = reinterpret_cast<const ArrayHead*>(sample.ptr());
+      View view;
+      if (!view.open(sample) || head->data != static_cast<void*>(view.data()) || head->dimensions != 1 || head->type != type.ptr()) return;
+      if (head->shape[0] != 3 || (head->flags & in_place) != in_place) return;
+      array = Py_TYPE(sample.ptr()), float64 = nb::object(type).release().ptr();
+    }
+  };
+  static const Known known;
+  const ArrayHead* head = reinterpret_cast<const ArrayHead*>(object.ptr());
+  if (Py_TYPE(object.ptr()) != known.array || head->type != known.float64 || head->dimensions != 1 || head->shape[0] != length ||
+      (head->flags & in_place) != in_place || (writable && !(head->flags & can_write)))
+    return nullptr;
+  return static_cast<double*>(static_cast<void*>(head->data));
+}
+
 inline std::string shape_text(std::initializer_list<long> shape) {
   std::string text = "(";
   for (long s : shape) text += (s < 0 ? std::string("N") : std::to_string(s)) + ", ";
@@ -91,7 +127,9 @@ inline bool readable(View& view, nb::handle object, long length) {
 // Reads `length` finite numbers from anything that NumPy can turn into a float64 vector.
 inline void read_vector(const char* argument, nb::handle object, long length, double* to, bool finite = true) {
   View view;
-  if (readable(view, object, length)) {
+  if (const double* in_place = numpy_vector(object, length)) {
+    for (long i = 0; i < length; ++i) to[i] = in_place[i];
+  } else if (readable(view, object, length)) {
     for (long i = 0; i < length; ++i) to[i] = view.data()[i];
   } else {
     const nb::object array = nb::module_::import_("stillreach._door").attr("vector")(argument, object, length, nb::arg("allow_inf") = !finite, nb::arg("one_for_all") = false);

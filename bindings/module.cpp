@@ -8,6 +8,7 @@ NB_MODULE(_core, m) {
   bind_solution(m);
   bind_solve(m);
   bind_controller(m);
+  bind_batch(m);
   m.def("instruction_set", []() { return kernel().instruction_set; },
         "Which build of the core runs here: \"avx2\" or \"baseline\" (STILLREACH_INSTRUCTIONS=baseline chooses the latter).");
 }

@@ -39,15 +39,36 @@ struct Scratch {
   stillreach::Memory memory() { return {doubles.data(), ints.data(), bytes.data()}; }
 };
 
+// `count` numbers of `memory` on a 32-byte boundary, as the batch functions want them.
+inline double* aligned(std::vector<double>& memory, std::size_t count) {
+  if (memory.size() < count + 4) memory.resize(count + 4);
+  double* start = memory.data();
+  while (reinterpret_cast<std::uintptr_t>(start) % 32 != 0) ++start;
+  return start;
+}
+
+// Called without the interpreter's lock. False where a signal's handler raised, such as Ctrl-C's.
+inline bool no_signal() {
+  const nb::gil_scoped_acquire held;
+  return PyErr_CheckSignals() == 0;
+}
+
 struct Arm {
   int n;
   std::vector<double> placements;
   std::vector<std::int8_t> kinds;
-  stillreach::ArmView view() const { return {n, placements.data(), kinds.data()}; }
+  std::vector<int> leaders;  // empty where every joint moves alone, else as Coupling has it
+  std::vector<double> factors, offsets;
+  mutable stillreach::Coupling coupling{};
+  stillreach::ArmView view() const {
+    coupling = {static_cast<int>(leaders.size()), leaders.data(), factors.data(), offsets.data()};
+    return {n, placements.data(), kinds.data(), leaders.empty() ? nullptr : &coupling};
+  }
 };
 
 void bind_settings(nb::module_& m);
 void bind_arm(nb::module_& m);
 void bind_solution(nb::module_& m);
 void bind_solve(nb::module_& m);
+void bind_batch(nb::module_& m);
 void bind_controller(nb::module_& m);

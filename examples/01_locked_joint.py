@@ -11,7 +11,7 @@ scenario = sr.Scenario(
     start=start,
     motion=[sr.Twist([-0.14, -0.06, 0.04, 0, 0, 0], duration=10.0)],  # [m/s, rad/s]
     faults=[sr.Fault("j1", at=3.0), sr.Fault("j6", at=5.0), sr.Fault("j7", at=5.0, until=8.0)],
-    track_gain=2.0,  # [1/s] feedback on the pose
+    loop="closed",  # feedback on the pose
     period=0.01,
 )
 run = sr.simulate(scenario)

@@ -1,13 +1,25 @@
-"""Shrinks the picture of the README: ``.venv/bin/python docs/images/make.py`` after ``make demo``."""
+"""Shrinks the pictures of the pages: ``.venv/bin/python docs/images/make.py``.
+
+Draw them before, in the root of the repository: ``make demo``, ``stillreach run panda-elbow``. One that is not drawn
+stays as it is.
+"""
 
 from pathlib import Path
 
 from PIL import Image  # comes with matplotlib
 
 HERE = Path(__file__).parent
-DRAWN = HERE.parents[1] / "out" / "paper" / "figure-stillreach.png"
-WIDTH, COLOURS = 1040, 128
+OUT = HERE.parents[1] / "out"
+DRAWN = {
+    "figure-stillreach.png": OUT / "paper" / "figure-stillreach.png",
+    "panda-elbow.png": OUT / "panda-elbow" / "run.png",
+}
+WIDTH, COLOURS = 1040, 200
 
-picture = Image.open(DRAWN).convert("RGB")
-picture = picture.resize((WIDTH, round(picture.height * WIDTH / picture.width)), Image.Resampling.LANCZOS)
-picture.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE).save(HERE / DRAWN.name, optimize=True)
+for name, file in DRAWN.items():
+    if file.exists():
+        picture = Image.open(file).convert("RGB")
+        picture = picture.resize((WIDTH, round(picture.height * WIDTH / picture.width)), Image.Resampling.LANCZOS)
+        picture.quantize(COLOURS, Image.Quantize.MEDIANCUT, kmeans=3, dither=Image.Dither.NONE).save(
+            HERE / name, optimize=True
+        )

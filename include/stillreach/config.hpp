@@ -1,20 +1,40 @@
 // Instruction sets: every function of the core lives in an inline namespace named after the set it is compiled for,
-// so that two builds of one header in one program never share a symbol.
+// so that two builds of one header in one program never share a symbol. CUDA counts as one, for its host side, too.
 #pragma once
 
+#if defined(__CUDACC_RTC__)  // run-time compilation has no headers of a host
+namespace std {
+using size_t = decltype(sizeof 0);
+using int8_t = signed char;
+using int32_t = int;
+}
+#else
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#endif
 
-#if defined(__AVX2__) && defined(__FMA__)
+// Packs as plain structs: for compilers without vectors (portable_pack.hpp).
+#if !defined(STILLREACH_PORTABLE_PACK) && (defined(__CUDACC__) || !defined(__GNUC__))
+#define STILLREACH_PORTABLE_PACK
+#endif
+
+#if defined(__CUDACC__)
+#define STILLREACH_ISA cuda
+#elif defined(STILLREACH_PORTABLE_PACK) && defined(__FMA__)
+#define STILLREACH_ISA portable_fma
+#elif defined(STILLREACH_PORTABLE_PACK)
+#define STILLREACH_ISA portable
+#elif defined(__AVX2__) && defined(__FMA__)
 #define STILLREACH_ISA avx2
 #else
 #define STILLREACH_ISA baseline
 #endif
 
-#define STILLREACH_BEGIN      \
-  namespace stillreach {      \
-  inline namespace STILLREACH_ISA {
+#define STILLREACH_BEGIN \
+  namespace stillreach { \
+  STILLREACH_KEYWORD namespace STILLREACH_ISA {
 #define STILLREACH_END \
   }                    \
   }
@@ -22,12 +42,26 @@
 #define STILLREACH_STRINGIFY_(x) #x
 #define STILLREACH_STRINGIFY(x) STILLREACH_STRINGIFY_(x)
 
-#if defined(__GNUC__)
+#if defined(__CUDACC__)
+#define STILLREACH_KEYWORD __inline__                     // cuda.hpp gives the plain word a longer meaning
+#define STILLREACH_INLINE __inline__ __host__ __device__  // never forced: that makes code of many megabytes
+#define STILLREACH_NOINLINE
+#define STILLREACH_RESTRICT __restrict__
+#elif defined(__GNUC__)
+#define STILLREACH_KEYWORD inline
 #define STILLREACH_INLINE inline __attribute__((always_inline))
 #define STILLREACH_NOINLINE __attribute__((noinline))
 #define STILLREACH_RESTRICT __restrict__
 #else
+#define STILLREACH_KEYWORD inline
 #define STILLREACH_INLINE inline
 #define STILLREACH_NOINLINE
 #define STILLREACH_RESTRICT
+#endif
+
+// A function of the C library by its name: the compiler's own, or CUDA's.
+#if defined(__GNUC__) && !defined(__CUDACC__)
+#define STILLREACH_LIBRARY(name) __builtin_##name
+#else
+#define STILLREACH_LIBRARY(name) ::name
 #endif

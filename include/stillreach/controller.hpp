@@ -2,20 +2,13 @@
 #pragma once
 
 #include "bounds.hpp"
+#include "frames.hpp"
 #include "kinematics.hpp"
 #include "law.hpp"
 #include "null_motion.hpp"
 #include "tracking.hpp"
 
 STILLREACH_BEGIN
-
-// Rows of a base-axes 6-vector that the task looks at.
-STILLREACH_INLINE void select_rows(const ControllerState& c, const double* base, double* task) {
-  double v[6];
-  for (int h = 0; h < 6; h += 3)
-    for (int i = 0; i < 3; ++i) v[h + i] = c.tool_axes ? dot3(c.pose + 3 * i, base + h) : base[h + i];
-  for (int r = 0; r < c.m; ++r) task[r] = v[c.rows[r]];
-}
 
 // A joint fails or is restored. For a while the reference is what was commanded last.
 inline void set_health(ControllerState& c, int joint, int health, double value) {
@@ -24,7 +17,7 @@ inline void set_health(ControllerState& c, int joint, int health, double value) 
   c.bounds_stand = 0;
   if (!(c.transition_rate > 0.0)) return;
   c.transition = 1.0;
-  __builtin_memcpy(c.anchor, c.last, sizeof(double) * c.arm.n);
+  STILLREACH_LIBRARY(memcpy)(c.anchor, c.last, sizeof(double) * c.arm.n);
 }
 
 // The reference rates: null motion, return from outside the position limits, and after a fault the last rates.
@@ -69,10 +62,10 @@ inline void evaluate(ControllerState& c, const double* q, const double* twist, c
   for (int r = 0; r < 6; ++r) doubt += twist[r] - twist[r];
   if (target)
     for (int r = 0; r < 12; ++r) doubt += target[r] - target[r];
-  __builtin_memcpy(out.active, c.active, n);
+  STILLREACH_LIBRARY(memcpy)(out.active, c.active, n);
   out.plane = c.plane;
   if (doubt == 0.0) {
-    kinematics(c.arm, q, c.scratch, c.pose, c.jacobian);
+    arm_kinematics(c.arm, q, c.scratch, c.pose, c.jacobian);
     bool kept = true;
     if (!c.bounds_stand)
       for (int i = 0; i < n; ++i) kept &= joint_bounds(c, i, q[i]);
@@ -82,8 +75,8 @@ inline void evaluate(ControllerState& c, const double* q, const double* twist, c
     if (c.every_row) {
       for (int r = 0; r < 6; ++r) c.twist[r] = c.command[r];
     } else {
-      for (int i = 0; i < n; ++i) select_rows(c, c.jacobian + 6 * i, c.task_jacobian + c.m * i);
-      select_rows(c, c.command, c.twist);
+      for (int i = 0; i < n; ++i) select_rows(c, c.pose, c.jacobian + 6 * i, c.task_jacobian + c.m * i);
+      select_rows(c, c.pose, c.command, c.twist);
     }
     const Problem p{c.m, n, c.task_jacobian, c.twist, c.lower, c.upper, reference_rates(c, q, w), c.metric};
     solve_law(c.law, p, w, out);
@@ -100,8 +93,8 @@ inline void evaluate(ControllerState& c, const double* q, const double* twist, c
 
 // Remembers what was commanded: the base of acceleration limits, warm starts and transitions.
 inline void commit(ControllerState& c, const double* rates, const std::int8_t* active) {
-  __builtin_memcpy(c.last, rates, sizeof(double) * c.arm.n);
-  __builtin_memcpy(c.active, active, c.arm.n);
+  STILLREACH_LIBRARY(memcpy)(c.last, rates, sizeof(double) * c.arm.n);
+  STILLREACH_LIBRARY(memcpy)(c.active, active, c.arm.n);
   c.transition = c.transition > 0.0 ? larger(c.transition - c.period * c.transition_rate, 0.0) : 0.0;
 }
 

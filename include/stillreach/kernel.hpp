@@ -2,6 +2,10 @@
 #pragma once
 
 #include "arm.hpp"
+#include "batch.hpp"
+#include "batch_kinematics.hpp"
+#include "batch_rollout.hpp"
+#include "coupled.hpp"
 #include "rollout.hpp"
 
 namespace stillreach {
@@ -22,6 +26,17 @@ struct Kernel {
   void (*tick)(ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory, Answer& out);
   void (*rollout)(ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages, bool advance,
                   const Memory& memory, Answer& a, double* scratch, std::int8_t* scratch_active, const Record& to);
+  // Rows first to last - 1 of a batch. memory: as long as these say, doubles on a 32-byte boundary.
+  void (*batch)(const Batch& b, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory);
+  std::size_t (*batch_doubles)(int n, bool full_joint_weight);
+  std::size_t (*batch_ints)(int n);
+  std::size_t (*batch_bytes)(int n);
+  // Rows first to last - 1, at most kRolloutBlock, of a batch of rollouts. doubles: rollout_doubles more.
+  void (*rollout_rows)(const BatchRollout& r, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory, double* doubles);
+  std::size_t (*rollout_doubles)(int n);
+  // Rows first to last - 1 of poses, Jacobians, singular values. doubles: as many as that says, on a 32-byte boundary.
+  void (*kinematics_rows)(const KinematicsBatch& b, std::ptrdiff_t first, std::ptrdiff_t last, double* doubles);
+  std::size_t (*kinematics_doubles)(int n, int count, bool full_joint_weight);
 };
 
 }  // namespace stillreach
@@ -35,7 +50,7 @@ inline Kernel make_kernel() {
   k.workspace_doubles = [](int n, bool full) { return workspace_doubles(n, full); };
   k.align_axes = [](int n, const double* placements, const double* axes, double* out) { align_axes(n, placements, axes, out); };
   k.kinematics = [](const ArmView& arm, const double* q, double* scratch, double* pose, double* jacobian) {
-    kinematics(arm, q, scratch, pose, jacobian);
+    arm_kinematics(arm, q, scratch, pose, jacobian);
   };
   k.solve = [](const LawSettings& law, const Problem& p, const Memory& memory, Answer& out) {
     Workspace w = make_workspace(p.n, p.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
@@ -51,6 +66,24 @@ inline Kernel make_kernel() {
     Workspace w = make_workspace(c.arm.n, c.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
     rollout(c, q, twists, targets, steps, stages, advance, w, a, scratch, scratch_active, to);
   };
+  k.batch = [](const Batch& b, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory) {
+    BatchMemory w = make_batch_memory(b.arm.n, b.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
+    solve_rows(b, first, last, w);
+  };
+  k.rollout_rows = [](const BatchRollout& r, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory, double* doubles) {
+    const Batch& b = r.batch;
+    BatchMemory w = make_batch_memory(b.arm.n, b.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
+    RolloutMemory own = make_rollout_memory(b.arm.n, doubles);
+    rollout_rows(r, first, last, w, own);
+  };
+  k.rollout_doubles = [](int n) { return rollout_doubles(n); };
+  k.batch_doubles = [](int n, bool full) { return batch_doubles(n, full); };
+  k.batch_ints = [](int n) { return batch_ints(n); };
+  k.batch_bytes = [](int n) { return batch_bytes(n); };
+  k.kinematics_rows = [](const KinematicsBatch& b, std::ptrdiff_t first, std::ptrdiff_t last, double* doubles) {
+    kinematics_rows(b, first, last, doubles);
+  };
+  k.kinematics_doubles = [](int n, int count, bool full) { return kinematics_doubles(n, count, full); };
   return k;
 }
 

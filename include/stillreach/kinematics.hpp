@@ -6,7 +6,10 @@
 
 STILLREACH_BEGIN
 
-#if defined(__clang__)
+#if defined(STILLREACH_PORTABLE_PACK)
+STILLREACH_INLINE Pack yzx(Pack a) { return Pack{a[1], a[2], a[0], a[3]}; }
+STILLREACH_INLINE Pack zxy(Pack a) { return Pack{a[2], a[0], a[1], a[3]}; }
+#elif defined(__clang__)
 STILLREACH_INLINE Pack yzx(Pack a) { return __builtin_shufflevector(a, a, 1, 2, 0, 3); }
 STILLREACH_INLINE Pack zxy(Pack a) { return __builtin_shufflevector(a, a, 2, 0, 1, 3); }
 #else

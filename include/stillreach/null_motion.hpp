@@ -2,19 +2,12 @@
 #pragma once
 
 #include "controller_state.hpp"
+#include "coupled.hpp"
+#include "frames.hpp"
 #include "inner.hpp"
 #include "system.hpp"
 
 STILLREACH_BEGIN
-
-STILLREACH_INLINE void cross_add(const double* a, const double* b, double* sum) {
-  for (int r = 0; r < 3; ++r) {
-    const int s = (r + 1) % 3, t = (r + 2) % 3;
-    sum[r] += madd(a[s], b[t], -(a[t] * b[s]));
-  }
-}
-
-STILLREACH_INLINE double dot3(const double* a, const double* b) { return madd(a[0], b[0], madd(a[1], b[1], a[2] * b[2])); }
 
 // Column j of the map from the task rows back to base axes: forces along the task rows become a 6-vector [f; t].
 template <int M>
@@ -30,7 +23,7 @@ STILLREACH_INLINE void rows_to_base(Rows<M> m, const ControllerState& c, const d
 // d ln w / dq_k = sum_j (dJ_j / dq_k) . (J^+)_j, with dJ_j/dq_k = w_k x J_j for k <= j and [w_j x v_k; 0] for k > j, so
 // that one suffix and one prefix sum give all n components.
 template <int M>
-inline void manipulability_gradient(Rows<M> m, const ControllerState& c, Workspace& w, double* gradient) {
+inline void manipulability_gradient(Rows<M> m, const ControllerState& c, const double* q, Workspace& w, double* gradient) {
   double* force = c.scratch;  // 6 n: row j of J^+ in base axes
   int k = 0;
   for (int i = 0; i < c.arm.n; ++i) {
@@ -63,6 +56,10 @@ inline void manipulability_gradient(Rows<M> m, const ControllerState& c, Workspa
     cross_add(c.jacobian + 6 * i, force + 6 * j, total);
     cross_add(c.jacobian + 6 * i + 3, force + 6 * j + 3, total);
   }
+  if (c.arm.coupling) {
+    const double none[3] = {0, 0, 0};
+    return coupled_gradient(c.arm, q, c.pose + 9, force, w.joint, k, total, c.tool_axes ? total : none, gradient);
+  }
   double suffix[3] = {total[0], total[1], total[2]};
   for (int j = 0; j < k; ++j) {  // suffix: over this joint and those after it; prefix: over those before
     const double* column = c.jacobian + 6 * w.joint[j];
@@ -89,7 +86,7 @@ constexpr double kSaddlePush = 1e-2;  // of the largest null rate: leaves exact 
 template <int M>
 inline void null_motion(Rows<M> m, const ControllerState& c, const double* q, Workspace& w, double* rates) {
   const int n = c.arm.n;
-  if (c.null_kind == NULL_MANIPULABILITY) manipulability_gradient(m, c, w, rates);
+  if (c.null_kind == NULL_MANIPULABILITY) manipulability_gradient(m, c, q, w, rates);
   for (int i = 0; i < n; ++i) {
     double v = 0.0;
     if (c.null_kind == NULL_RATES || c.null_kind == NULL_GRADIENT) v = c.null_gain * c.null_vector[i];

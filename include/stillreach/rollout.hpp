@@ -22,8 +22,7 @@ inline void record_tick(const ControllerState& c, const double* q, const Answer&
     to.q[row * n + i] = q[i], to.rates[row * n + i] = a.rates[i];
     to.lower[row * n + i] = c.lower[i], to.upper[row * n + i] = c.upper[i], to.health[row * n + i] = c.health[i];
   }
-  for (int i = 0; i < 4; ++i)
-    for (int j = 0; j < 4; ++j) to.pose[row * 16 + 4 * i + j] = i < 3 ? c.pose[3 * j + i] : j == 3 ? 1.0 : 0.0;
+  write_pose(c.pose, to.pose + row * 16);
   for (int r = 0; r < 6; ++r) {
     double e = c.command[r];
     for (int i = 0; i < n; ++i) e = madd(-c.jacobian[6 * i + r], a.rates[i], e);

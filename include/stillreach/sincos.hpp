@@ -34,10 +34,10 @@ STILLREACH_INLINE void sincos(Pack x, Pack& sine, Pack& cosine) {
   c = madd(c, z, broadcast(1.0 / 24.0));
   c = madd(c * z, z, madd(z, broadcast(-0.5), broadcast(1.0)));
   const Mask quadrant = (Mask)shifted;  // the low bits of the shifted sum are k
-  const Mask swap = (quadrant & 1) != 0;
+  const Mask swap = (quadrant & 1) != Mask{};
   const Mask sine_sign = (quadrant & 2) << 62, cosine_sign = ((quadrant + 1) & 2) << 62;
-  sine = (Pack)((Mask)(swap ? c : s) ^ sine_sign);
-  cosine = (Pack)((Mask)(swap ? s : c) ^ cosine_sign);
+  sine = (Pack)((Mask)choose(swap, c, s) ^ sine_sign);
+  cosine = (Pack)((Mask)choose(swap, s, c) ^ cosine_sign);
 }
 
 // Up to four angles. Those outside the reduction's range, and NaN, go to the C library.
@@ -46,7 +46,7 @@ STILLREACH_INLINE void sincos_lanes(Pack x, int lanes, Pack& s, Pack& c) {
   const Mask reducible = magnitude(x) <= broadcast(kLargestReducedAngle);
   if ((reducible[0] & reducible[1] & reducible[2] & reducible[3]) != 0) return;
   for (int l = 0; l < lanes; ++l)
-    if (!(magnitude(x[l]) <= kLargestReducedAngle)) s[l] = __builtin_sin(x[l]), c[l] = __builtin_cos(x[l]);
+    if (!(magnitude(x[l]) <= kLargestReducedAngle)) s[l] = STILLREACH_LIBRARY(sin)(x[l]), c[l] = STILLREACH_LIBRARY(cos)(x[l]);
 }
 
 // q, sine, cosine: count values each.

@@ -18,8 +18,8 @@ struct System {
 
 STILLREACH_INLINE double power_of_two_near(double a) {
   int e = 0;
-  (void)__builtin_frexp(a, &e);
-  return __builtin_ldexp(1.0, e - 1);
+  (void)STILLREACH_LIBRARY(frexp)(a, &e);
+  return STILLREACH_LIBRARY(ldexp)(1.0, e - 1);
 }
 
 // 1 where `a` may be squared and summed, else the power of two to divide by.
@@ -185,6 +185,12 @@ inline bool fault_not_compensated(Rows<M> m, const Problem& p, const Answer& out
   return size > kCompensated * drift;
 }
 
+// -1 at the lower bound, 1 at the upper one, 2 fixed, 0 free; as in Answer::active.
+STILLREACH_INLINE std::int8_t bound_code(double rate, double lower, double upper) {
+  const int top = rate >= upper - 1e-9 * magnitude(upper), bottom = rate <= lower + 1e-9 * magnitude(lower);  // inf: no
+  return static_cast<std::int8_t>(lower < upper ? top - bottom : 2);
+}
+
 // What every law reports once its rates stand: residual, weighted task error, active bounds, saturation.
 template <int M>
 inline void report(Rows<M> m, const Problem& p, Answer& out) {
@@ -192,10 +198,7 @@ inline void report(Rows<M> m, const Problem& p, Answer& out) {
   task_residual(m, p, out.rates, e);
   bool saturated = false;
   for (int i = 0; i < p.n; ++i) {
-    const double rate = out.rates[i], lower = p.lower[i], upper = p.upper[i];
-    const int top = rate >= upper - 1e-9 * magnitude(upper), bottom = rate <= lower + 1e-9 * magnitude(lower);  // inf: no
-    const int code = lower < upper ? top - bottom : 2;
-    out.active[i] = static_cast<std::int8_t>(code);
+    const std::int8_t code = out.active[i] = bound_code(out.rates[i], p.lower[i], p.upper[i]);
     saturated |= (code & 1) != 0;
   }
   apply_rows(m, p.metric.rows, e, weighted);

@@ -30,7 +30,7 @@ inline void rotation_error(const double* target, const double* R, double* vector
     for (int i = 0; i < 3; ++i) v[i] = -v[i];
   }
   const double s = square_root(madd(v[0], v[0], madd(v[1], v[1], v[2] * v[2])));
-  const double gain = s > 1e-8 ? 2.0 * std::atan2(s, w) / s : 2.0;
+  const double gain = s > 1e-8 ? 2.0 * STILLREACH_LIBRARY(atan2)(s, w) / s : 2.0;
   for (int i = 0; i < 3; ++i) vector[i] = gain * v[i];
 }
 

@@ -2,8 +2,7 @@
 // Memory is the caller's: the core allocates nothing.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
+#include "config.hpp"
 
 namespace stillreach {
 
@@ -29,11 +28,20 @@ enum Health : std::int8_t { HEALTHY = 0, LOCKED = 1, DERATED = 2, RUNAWAY = 3 };
 
 enum JointKind : std::int8_t { REVOLUTE = 0, PRISMATIC = 1 };
 
+// Joints of a chain that move together: joint a of the chain is at factor[a] q[leader[a]] + offset[a].
+struct Coupling {
+  int moved;             // joints of the chain, at least as many as the arm has
+  const int* leader;     // moved: index of an arm's joint
+  const double* factor;  // moved
+  const double* offset;  // moved
+};
+
 // A serial chain whose joint axes are all z (see arm.hpp, which brings any chain into this form).
 struct ArmView {
-  int n;
+  int n;                     // joints of the arm
   const double* placements;  // n + 1 blocks of 12: rotation by columns, then translation; the last one is the tool
   const std::int8_t* kinds;  // n
+  const Coupling* coupling = nullptr;  // or null: each joint moves alone. Otherwise placements and kinds are those of the chain
 };
 
 enum LawKind : int { PSEUDOINVERSE = 0, SINGULARITY_ROBUST = 1, LEAST_ERROR = 2, KEEP_DIRECTION = 3 };

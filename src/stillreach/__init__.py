@@ -13,13 +13,17 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stillreach._core import Solution
-    from stillreach.arm import Arm, DHRow, Joint
+    from stillreach.arm import Arm, DHRow, Follower, Joint
     from stillreach.arm import catalogue as arms
+    from stillreach.batch import BatchSolution, solve_batch
     from stillreach.bounds import Bounds
     from stillreach.control import Centring, Controller, Gradient, Manipulability, NullMotion, Posture, Rates
     from stillreach.errors import (
         InputError,
         MissingExtraError,
+        Mistake,
+        RobotFileError,
+        ScenarioFileError,
         SimulationInterrupted,
         StillreachError,
         UnknownJointError,
@@ -27,21 +31,55 @@ if TYPE_CHECKING:
     from stillreach.faults import Derated, Fault, Locked, Runaway
     from stillreach.insight import Check
     from stillreach.laws import KeepDirection, Law, LeastError, Pseudoinverse, SingularityRobust
-    from stillreach.simulate import Run, Scenario, Twist, simulate  # type: ignore[no-redef]
+    from stillreach.rollouts import BatchRollout, rollout_batch
+    from stillreach.simulate import (  # type: ignore[no-redef]
+        Circle,
+        Line,
+        PoseTable,
+        Run,
+        Scenario,
+        Twist,
+        Waypoints,
+        scenario_names,
+        scenario_schema,
+        simulate,
+    )
     from stillreach.status import Health, Reason, Status
     from stillreach.task import Task, Weights
 
 # Where each public name lives. They are imported on first use: `stillreach --version` needs none of them, nor NumPy.
 _HOMES = {
     "_core": ("Solution",),
-    "arm": ("Arm", "DHRow", "Joint"),
+    "arm": ("Arm", "DHRow", "Follower", "Joint"),
+    "batch": ("BatchSolution", "solve_batch"),
     "bounds": ("Bounds",),
     "control": ("Centring", "Controller", "Gradient", "Manipulability", "NullMotion", "Posture", "Rates"),
-    "errors": ("InputError", "MissingExtraError", "SimulationInterrupted", "StillreachError", "UnknownJointError"),
+    "errors": (
+        "InputError",
+        "MissingExtraError",
+        "Mistake",
+        "RobotFileError",
+        "ScenarioFileError",
+        "SimulationInterrupted",
+        "StillreachError",
+        "UnknownJointError",
+    ),
     "faults": ("Derated", "Fault", "Locked", "Runaway"),
     "insight": ("Check",),
     "laws": ("KeepDirection", "Law", "LeastError", "Pseudoinverse", "SingularityRobust"),
-    "simulate": ("Run", "Scenario", "Twist", "simulate"),
+    "rollouts": ("BatchRollout", "rollout_batch"),
+    "simulate": (
+        "Circle",
+        "Line",
+        "PoseTable",
+        "Run",
+        "Scenario",
+        "Twist",
+        "Waypoints",
+        "scenario_names",
+        "scenario_schema",
+        "simulate",
+    ),
     "status": ("Health", "Reason", "Status"),
     "task": ("Task", "Weights"),
 }
@@ -49,13 +87,17 @@ _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Arm",
+    "BatchRollout",
+    "BatchSolution",
     "Bounds",
     "Centring",
     "Check",
+    "Circle",
     "Controller",
     "DHRow",
     "Derated",
     "Fault",
+    "Follower",
     "Gradient",
     "Health",
     "InputError",
@@ -63,17 +105,22 @@ __all__ = [
     "KeepDirection",
     "Law",
     "LeastError",
+    "Line",
     "Locked",
     "Manipulability",
     "MissingExtraError",
+    "Mistake",
     "NullMotion",
+    "PoseTable",
     "Posture",
     "Pseudoinverse",
     "Rates",
     "Reason",
+    "RobotFileError",
     "Run",
     "Runaway",
     "Scenario",
+    "ScenarioFileError",
     "SimulationInterrupted",
     "SingularityRobust",
     "Solution",
@@ -82,9 +129,14 @@ __all__ = [
     "Task",
     "Twist",
     "UnknownJointError",
+    "Waypoints",
     "Weights",
     "arms",
+    "rollout_batch",
+    "scenario_names",
+    "scenario_schema",
     "simulate",
+    "solve_batch",
 ]
 
 

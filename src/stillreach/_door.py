@@ -88,7 +88,7 @@ def configurations(name: str, value: Any, n: int) -> FloatArray:
     if numbers.ndim == 0 or numbers.shape[-1] != n:
         raise InputError(name, describe(value), expected)
     _refuse_values(name, numbers, expected, False, None)
-    return np.ascontiguousarray(numbers)
+    return _in_place(numbers)
 
 
 def scalar(name: str, value: Any, *, allow_inf: bool = False) -> float:
@@ -163,6 +163,12 @@ def pose(name: str, value: Any) -> FloatArray:
     return frozen(T)
 
 
+def array(name: str, value: Any, expected: str) -> FloatArray:
+    """Numbers of any shape and value as a float64 array in C order: the same memory where it is that already."""
+    numbers = _numbers(name, value, expected)
+    return _in_place(numbers)
+
+
 def describe(value: Any) -> str:
     """What came, in words: short values as they are, arrays by type and shape."""
     if isinstance(value, np.ndarray) and value.ndim > 0:
@@ -195,6 +201,12 @@ def _numbers(name: str, value: Any, expected: str) -> FloatArray:
         raise InputError(name, describe(value), expected)
     with np.errstate(over="ignore"):
         return array.astype(np.float64, copy=False)
+
+
+def _in_place(numbers: FloatArray) -> FloatArray:
+    """The same memory where the core can read it: in C order and aligned."""
+    flags = numbers.flags
+    return numbers if flags.c_contiguous and flags.aligned else np.array(numbers, order="C")
 
 
 def _holds_bool(value: Any) -> bool:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 
@@ -44,9 +45,92 @@ class UnknownJointError(InputError):
 
     def __init__(self, argument: str, got: str, choices: Sequence[str]) -> None:
         choices = tuple(choices)
-        super().__init__(argument, got, f"one of {_listing(choices)} or an index from 0 to {len(choices) - 1}")
+        super().__init__(argument, got, f"one of {listing(choices)} or an index from 0 to {len(choices) - 1}")
         self.args = (argument, got, choices)
         self.choices = choices
+
+
+class RobotFileError(InputError):
+    """A robot file, or what was asked of it, is not what an arm can be made of.
+
+    Args:
+        argument: name of the argument, as the caller wrote it: ``"path"``, ``"tip"``, ``"base"`` or ``"fixed"``.
+        got: what came, in words.
+        expected: what would have been right.
+        file: the file, as it was given.
+        line: line of the file, from 1 on; None where it is not about one line.
+        element: the element, e.g. ``"joint 'elbow'"``; None where it is not about one.
+        choices: the valid choices (links, joints, types), where they can be listed.
+    """
+
+    def __init__(
+        self,
+        argument: str,
+        got: str,
+        expected: str,
+        file: str = "",
+        line: int | None = None,
+        element: str | None = None,
+        choices: Sequence[str] = (),
+    ) -> None:
+        super().__init__(argument, got, expected)
+        self.args = (argument, got, expected, file, line, element, tuple(choices))
+        self.file = file
+        self.line = line
+        self.element = element
+        self.choices = tuple(choices)
+
+    def __str__(self) -> str:
+        line = f"line {self.line}" if self.line else ""
+        argument = "" if self.argument == "path" else self.argument
+        place = ", ".join(part for part in (self.file, line, self.element, argument) if part)
+        return f"{place}: got {self.got}, expected {self.expected}"
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """One thing that is wrong in a scenario file.
+
+    Args:
+        place: where, e.g. ``"faults[1].joint"``; empty for the file as a whole.
+        got: what is there, in words.
+        expected: what would have been right.
+        hint: ``"did you mean 'j4'?"`` and its like, or nothing.
+        line: line of the file, from 1 on; None where it has none.
+    """
+
+    place: str
+    got: str
+    expected: str
+    hint: str = ""
+    line: int | None = None
+
+    def __str__(self) -> str:
+        line = f"line {self.line}" if self.line else ""
+        where = ", ".join(part for part in (line, self.place) if part)
+        hint = f" ({self.hint})" if self.hint else ""
+        return f"{where}{': ' if where else ''}got {self.got}, expected {self.expected}{hint}"
+
+
+class ScenarioFileError(InputError):
+    """A scenario file cannot be used; all its mistakes at once.
+
+    Args:
+        file: the file, as it was given.
+        mistakes: what is wrong, in the order of the lines.
+    """
+
+    def __init__(self, file: str, mistakes: Sequence[Mistake]) -> None:
+        mistakes = tuple(mistakes)
+        super().__init__("path", f"a file with {len(mistakes)} mistakes", "a scenario file")
+        self.args = (file, mistakes)
+        self.file = file
+        self.mistakes = mistakes
+
+    def __str__(self) -> str:
+        if len(self.mistakes) == 1:
+            return f"{self.file}: {self.mistakes[0]}"
+        return "\n  ".join([f"{self.file}: {len(self.mistakes)} mistakes", *map(str, self.mistakes)])
 
 
 class MissingExtraError(StillreachError, ImportError):
@@ -81,7 +165,7 @@ class SimulationInterrupted(StillreachError, KeyboardInterrupt):
         return "the simulation was interrupted; the ticks computed so far are in .run"
 
 
-def _listing(choices: tuple[str, ...]) -> str:
+def listing(choices: tuple[str, ...]) -> str:
     """'j1 … j11' for names that only count up, else all of them."""
     parts = [re.fullmatch(r"(.*?)(\d+)", choice) for choice in choices]
     if len(choices) > 3 and all(parts):

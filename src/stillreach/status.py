@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import operator
 from enum import IntEnum, IntFlag
+from typing import Any
 
 
 class Status(IntFlag):
@@ -32,6 +34,14 @@ class Status(IntFlag):
     """A search met its bound on steps; the answer is the best so far, inside the bounds."""
     INVALID_INPUT = 1024
     """Input that is no finite number; the rates brake."""
+
+    @classmethod
+    def _missing_(cls, value: object) -> Any:
+        """Integers of NumPy arrays, as of ``BatchSolution.status`` and ``Run.status``, are statuses too."""
+        try:
+            return super()._missing_(operator.index(value))  # type: ignore[arg-type]
+        except TypeError:
+            return super()._missing_(value)
 
     def __str__(self) -> str:
         return self.name or "OK"

@@ -7,6 +7,8 @@ from functools import partial
 import numpy as np
 
 import stillreach as sr
+from tests.robots.catalogue import ROBOTS
+from tests.unit.arm.coupled_arms import coupled
 from tests.unit.arm.odd_arms import ODD_ARMS
 
 INF = np.inf
@@ -52,10 +54,11 @@ LAWS = {
 
 @dataclass(frozen=True)
 class Subject:
-    """An arm and the rows of [v; w] that are its task."""
+    """An arm and the rows of [v; w] that are its task; one in `sample` pairings of fault and limit is tried."""
 
     make: Callable[[], sr.Arm]
     rows: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
+    sample: int = 1
 
 
 ARMS = {
@@ -71,6 +74,13 @@ ARMS = {
     "mounted": Subject(ODD_ARMS["mounted"]),
     "one slide": Subject(ODD_ARMS["one slide"], rows=(1,)),
 }
+
+SUBJECTS = (
+    ARMS
+    | {"coupled": Subject(coupled, sample=2)}
+    | {name: Subject(robot.make, sample=8) for name, robot in ROBOTS.items()}
+)
+"""The arms, and robots that nobody here wrote."""
 
 
 def _fixed(choose, rate=0.0):

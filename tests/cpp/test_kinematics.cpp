@@ -55,6 +55,23 @@ void paper_arm_by_hand() {  // upright: reach 15 ft; all of it laid over by the 
   CHECK_NEAR(k.pose[11], 0.762, 1e-12);
 }
 
+// A parallelogram: the second joint turns back what the first one turned, and the second link keeps its direction.
+void coupled_joints_by_hand() {
+  Kinematics k(planar_chain(2));
+  const int leader[2] = {0, 0};
+  const double factor[2] = {1.0, -1.0}, offset[2] = {0.0, 0.5};
+  const stillreach::Coupling coupling{2, leader, factor, offset};
+  const stillreach::ArmView arm{1, k.placements.data(), k.kinds.data(), &coupling};
+  const double q = 0.3;
+  kernel().kinematics(arm, &q, k.scratch.data(), k.pose, k.jacobian.data());
+  CHECK_NEAR(k.pose[0], std::cos(0.5), 1e-15);
+  CHECK_NEAR(k.pose[9], std::cos(q) + std::cos(0.5), 1e-15);
+  CHECK_NEAR(k.pose[10], std::sin(q) + std::sin(0.5), 1e-15);
+  const double column[6] = {-std::sin(q), std::cos(q), 0, 0, 0, 0};
+  for (int r = 0; r < 6; ++r) CHECK_NEAR(k.jacobian[r], column[r], 1e-15);
+  CHECK(k.jacobian[6] == 1234.5);
+}
+
 // Column i of the Jacobian is what a small motion of joint i does to the pose.
 void jacobian_is_the_derivative(const Chain& chain, std::uint64_t seed) {
   const int n = chain.n();
@@ -115,6 +132,7 @@ void with_and_without_jacobian_agree() {
 int main() {
   planar_arm_by_hand();
   slide_on_a_turn_by_hand();
+  coupled_joints_by_hand();
   paper_arm_by_hand();
   for (int n : {1, 2, 3, 4, 5, 6, 7, 8, 11}) {
     jacobian_is_the_derivative(snake_chain(n), n);

@@ -50,7 +50,8 @@ def test_the_code_of_a_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest
 
 
 def test_readme_and_every_guide_to_python_have_code() -> None:
-    expected = {"README.md", *(f"docs/{page}.md" for page in ("conventions", "laws", "controller", "paper"))}
+    guides = ("conventions", "laws", "controller", "paper", "interoperation", "robots")
+    expected = {"README.md", *(f"docs/{page}.md" for page in guides)}
     assert expected <= {name(page) for page in WITH_CODE}
 
 

@@ -9,8 +9,12 @@ from stillreach import errors
 ALL = [
     errors.InputError("q", "nan at index 1", "3 finite numbers"),
     errors.UnknownJointError("joint", "'j9'", ["j1", "j2", "j3", "j4"]),
+    errors.RobotFileError("path", "'x'", "one of a, b", "arm.urdf", 12, "joint 'elbow'", ["a", "b"]),
     errors.MissingExtraError("netcdf", "run.save()"),
     errors.SimulationInterrupted({"rows": 3}),
+    errors.ScenarioFileError(
+        "run.toml", [errors.Mistake("faults[1].joint", "'j44'", "j1 … j11", "did you mean 'j4'?", 7)]
+    ),
 ]
 
 
@@ -35,9 +39,9 @@ def test_builtin_handlers_catch_them_too():
     with pytest.raises(ValueError, match="j9"):
         raise ALL[1]
     with pytest.raises(ImportError):
-        raise ALL[2]
-    with pytest.raises(KeyboardInterrupt):
         raise ALL[3]
+    with pytest.raises(KeyboardInterrupt):
+        raise ALL[4]
 
 
 def test_input_error_holds_what_it_says():
@@ -62,11 +66,18 @@ def test_an_unknown_joint_lists_the_choices(choices, listed):
     assert str(error) == f"joint: got 'x', expected one of {listed} or an index from 0 to {len(choices) - 1}"
 
 
+def test_an_error_of_a_robot_file_names_file_line_and_element():
+    assert str(ALL[2]) == "arm.urdf, line 12, joint 'elbow': got 'x', expected one of a, b"
+    assert (ALL[2].file, ALL[2].line, ALL[2].element, ALL[2].choices) == ("arm.urdf", 12, "joint 'elbow'", ("a", "b"))
+    asked = errors.RobotFileError("tip", "'x'", "a link", "arm.urdf")
+    assert str(asked) == "arm.urdf, tip: got 'x', expected a link"
+
+
 def test_a_missing_extra_names_the_command_that_installs_it():
-    assert str(ALL[2]) == "run.save() needs an optional part: pip install 'stillreach[netcdf]'"
-    assert ALL[2].extra == "netcdf"
+    assert str(ALL[3]) == "run.save() needs an optional part: pip install 'stillreach[netcdf]'"
+    assert ALL[3].extra == "netcdf"
 
 
 def test_an_interrupted_simulation_holds_its_run():
-    assert ALL[3].run == {"rows": 3}
-    assert ".run" in str(ALL[3])
+    assert ALL[4].run == {"rows": 3}
+    assert ".run" in str(ALL[4])

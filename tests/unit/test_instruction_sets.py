@@ -8,14 +8,12 @@ import os
 import platform
 import re
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from cpp_build import build_targets, run
 
-ROOT = Path(__file__).parents[2]
-BUILD = ROOT / "build" / "cpp"
 X86_64 = platform.machine() in ("x86_64", "AMD64")
 AVX_ARITHMETIC = re.compile(r"\bv(?:add|mul|fn?m(?:add|sub)\d+)[sp]d\b|%ymm")
 OLD_MACHINE = ["qemu-x86_64", "-cpu", "Nehalem"]
@@ -24,20 +22,10 @@ pytestmark = pytest.mark.skipif(not X86_64, reason="only x86-64 has two instruct
 needs_qemu = pytest.mark.skipif(shutil.which(OLD_MACHINE[0]) is None, reason="apt-get install qemu-user")
 
 
-def run(*command: str | Path) -> str:
-    """Output of a command that must succeed."""
-    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
-    assert done.returncode == 0, f"{command} ended with {done.returncode}:\n{done.stdout}{done.stderr}"
-    return done.stdout
-
-
 @pytest.fixture(scope="module")
 def build() -> Path:
     """The C++ build folder with the kernels up to date: nothing to do after `make cpp-test`."""
-    run("cmake", "-S", ROOT, "-B", BUILD, "-G", "Ninja", "-DSTILLREACH_TESTS=ON")
-    run("cmake", "--build", BUILD, "--parallel", "2", "--target", "kernel_baseline", "kernel_avx2")
-    return BUILD
+    return build_targets("kernel_baseline", "kernel_avx2")
 
 
 def kernel_object(build: Path, name: str) -> Path:
@@ -79,7 +67,7 @@ def test_a_shared_weak_symbol_is_seen(tmp_path: Path) -> None:
 @needs_qemu
 @pytest.mark.timeout(600)
 def test_a_tick_of_a_cpp_program_runs_on_a_machine_without_avx(build: Path) -> None:
-    run("cmake", "--build", build, "--parallel", "2", "--target", "test_tick")
+    build_targets("test_tick")
     run(*OLD_MACHINE, build / "tests" / "cpp" / "test_tick")
 
 

@@ -13,6 +13,7 @@ LAYERS = (
     {"arm"},
     {"bounds", "faults", "task", "status", "insight"},
     {"laws"},
+    {"batch", "rollouts"},
     {"control"},
     {"simulate"},
     {"tolerance"},

@@ -4,6 +4,7 @@ import re
 import subprocess
 import sysconfig
 import tomllib
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 
@@ -18,6 +19,7 @@ DOWNLOAD_HOSTS = re.compile(
 )
 
 
+@cache
 def repository_texts() -> dict[str, str]:
     """Text of every file that git knows or would add, by path."""
     command = ["git", "ls-files", "--cached", "--others", "--exclude-standard", "-z"]
@@ -63,6 +65,37 @@ def test_the_tests_run_on_the_installed_wheel() -> None:
     installed = Path(stillreach.__file__).parent
     assert installed.parent in (Path(sysconfig.get_path("purelib")), Path(sysconfig.get_path("platlib")))
     assert {"_core.pyi", "py.typed"} <= {path.name for path in installed.iterdir()}
+
+
+def test_the_wheel_holds_every_file_of_the_package() -> None:
+    """The ready scenarios and their tables, too; a test run after an edit and before a build would see the old ones."""
+    written = {
+        name.removeprefix("src/stillreach/"): text
+        for name, text in repository_texts().items()
+        if "/stillreach/" in name
+    }
+    package = {name: text for name, text in written.items() if not name.startswith("include/")}
+    installed = Path(stillreach.__file__).parent
+    assert {Path(name).suffix for name in package} == {".py", ".toml", ".csv"}
+    assert [name for name, text in package.items() if (installed / name).read_text(encoding="utf-8") != text] == []
+
+
+def test_every_python_file_is_linted() -> None:
+    linted = re.search(r"^LINTED := \$\(wildcard (.+)\)$", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    assert linted
+    folders = tuple(f"{folder}/" for folder in linted[1].split())
+    assert [
+        name for name in repository_texts() if name.endswith((".py", ".pyi")) and not name.startswith(folders)
+    ] == []
+
+
+def test_robot_files_of_others_are_not_shipped() -> None:
+    """They have licences of their own, and come from the packages that tests and scenarios name."""
+    robots = [
+        name for name in repository_texts() if name.endswith((".urdf", ".xml", ".xacro", ".mjcf", ".dae", ".stl"))
+    ]
+    assert robots
+    assert [name for name in robots if not name.startswith("tests/fuzzing/corpus/")] == []
 
 
 def test_every_requirement_is_pinned() -> None:

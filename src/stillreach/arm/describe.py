@@ -7,26 +7,34 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stillreach.arm.placements import moved
+
 if TYPE_CHECKING:
     from stillreach.arm.model import Arm
 
-HEAD = ("joint", "kind", "axis at zero", "position", "rate", "acceleration", "unit")
+HEAD = ("joint", "kind", "place at zero [m]", "axis at zero", "position", "rate", "acceleration", "unit")
 
 
 def describe(arm: Arm) -> str:
-    """Reach, and a table of the joints: name, kind, axis (in base axes, all joints at 0), limits, unit."""
-    J = arm.jacobian(np.zeros(arm.n))
-    rows = [HEAD]
-    for i, joint in enumerate(arm.joints):
-        slides = joint.kind == "prismatic"
-        axis = J[:3, i] if slides else J[3:, i]
+    """Reach, a table of the joints, and where the tool is.
+
+    The table holds name, kind, place and axis (in base axes, all joints at 0), limits and their unit.
+    """
+    rows, T = [HEAD], np.eye(4)
+    for joint, leader, factor, offset in arm.chain:
+        T = T @ joint.placement
         lower, upper = joint.position_limits
         position = "free" if math.isinf(lower) and math.isinf(upper) else f"{_number(lower)} … {_number(upper)}"
         limits = (position, _limit(joint.velocity_limit), _limit(joint.acceleration_limit))
-        rows.append((arm.joint_names[i], joint.kind, _direction(axis), *limits, "m" if slides else "rad"))
+        if joint.name != arm.joints[leader].name:
+            limits = (f"{_number(factor)} {arm.joints[leader].name}{_added(offset)}", "follows", "")
+        frame = (_triple(T[:3, 3]), _triple(T[:3, :3] @ joint.axis))
+        rows.append((str(joint.name), joint.kind, *frame, *limits, "m" if joint.kind == "prismatic" else "rad"))
+        T = T @ moved(joint.kind, joint.axis, offset)
     widths = [max(len(row[column]) for row in rows) for column in range(len(HEAD))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    return "\n".join([f"{headline(arm)}:", *(f"  {line}" for line in lines)])
+    tool = f"  tool at zero: {_triple((T @ arm.tool)[:3, 3])} m"
+    return "\n".join([f"{headline(arm)}:", *(f"  {line}" for line in lines), tool])
 
 
 def headline(arm: Arm) -> str:
@@ -37,9 +45,13 @@ def headline(arm: Arm) -> str:
     return f"{arm.name}, {kinds} joint{'s' if arm.n > 1 else ''}, reach at most {arm.reach:.4g} m"
 
 
-def _direction(axis: np.ndarray) -> str:
-    whole = np.round(axis, 3) + 0.0  # + 0.0: no "-0"
+def _triple(vector: np.ndarray) -> str:
+    whole = np.round(vector, 3) + 0.0  # + 0.0: no "-0"
     return f"({', '.join(_number(part) for part in whole)})"
+
+
+def _added(offset: float) -> str:
+    return f" {'-' if offset < 0 else '+'} {_number(abs(offset))}" if offset else ""
 
 
 def _limit(value: float) -> str:

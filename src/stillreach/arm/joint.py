@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -69,6 +69,29 @@ class Joint(Value):
         }
         for field, value in values.items():
             object.__setattr__(self, field, value)
+
+
+def named(joints: Any) -> tuple[Joint, ...]:
+    """The joints, each with a name, no name twice."""
+    expected = "one or more Joint, from the base on"
+    try:
+        chain = list(joints)
+    except TypeError:
+        raise InputError("joints", _door.describe(joints), expected) from None
+    if not chain:
+        raise InputError("joints", "none", expected)
+    for place, joint in enumerate(chain):
+        if not isinstance(joint, Joint):
+            raise InputError("joints", f"{_door.describe(joint)} at place {place}", expected)
+        if joint.name is None:
+            chain[place] = replace(joint, name=f"j{place + 1}")
+    places: dict[str | None, int] = {}
+    for place, joint in enumerate(chain):
+        if joint.name in places:
+            got = f"the name {joint.name!r} at places {places[joint.name]} and {place}"
+            raise InputError("joints", got, "a name of its own for each")
+        places[joint.name] = place
+    return tuple(chain)
 
 
 def _joint_name(name: Any) -> str:

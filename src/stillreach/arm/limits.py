@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -46,6 +46,13 @@ def limited(
 def rate_limits(name: str, value: npt.ArrayLike, n: int) -> FloatArray:
     """Limits (n,) that hold in both directions, from n numbers or one for all: at least 0, inf for none."""
     return _door.vector(name, value, n, allow_inf=True, minimum=0.0)
+
+
+def driven(joints: list[Joint], velocity_limits: npt.ArrayLike | None) -> Iterable[Joint]:
+    """The joints with a builder's ``velocity_limits``; None leaves them without."""
+    if velocity_limits is None:
+        return joints
+    return limited(joints, velocity=rate_limits("velocity_limits", velocity_limits, len(joints)))
 
 
 def _pairs(name: str, value: npt.ArrayLike, n: int) -> FloatArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -15,37 +15,51 @@ from stillreach import _door
 from stillreach._core import ArmModel
 from stillreach._door import FloatArray
 from stillreach.arm.describe import describe, headline
+from stillreach.arm.dexterity import Asked, spectra
 from stillreach.arm.dh import DHRow, dh_chain
-from stillreach.arm.joint import KINDS, Joint
-from stillreach.arm.limits import limited, rate_limits
+from stillreach.arm.files import RobotFiles
+from stillreach.arm.follower import Follower, Moving, chain, checked
+from stillreach.arm.joint import KINDS, Joint, named
+from stillreach.arm.limits import driven, limited
 from stillreach.arm.modules import module_chain
 from stillreach.arm.value import Value
 from stillreach.errors import InputError, UnknownJointError
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
-class Arm(Value):
+class Arm(RobotFiles, Value):
     """A serial chain of joints. Immutable: its arrays are read-only and ``with_...`` returns another arm.
 
     Args:
         joints: one or more Joint, from the base on; those without a name become ``j1``, ``j2``, … by place.
         tool: (4, 4) [m] pose of the tool seen from the frame that the last joint moves; None is the identity.
         name: what the arm is called in tables and files.
+        followers: joints without a drive, that move with others (mimic joints).
 
     Raises:
-        InputError: no joint, something else than a Joint, two joints of one name, a tool that is not rigid.
+        InputError: no joint, something else than a Joint, two joints of one name, a tool that is not rigid, followers
+            of no joint or without a place.
     """
 
     joints: tuple[Joint, ...]
     tool: FloatArray
     name: str
+    followers: tuple[Follower, ...]
 
-    def __init__(self, joints: Iterable[Joint], *, tool: npt.ArrayLike | None = None, name: str = "arm") -> None:
+    def __init__(
+        self,
+        joints: Iterable[Joint],
+        *,
+        tool: npt.ArrayLike | None = None,
+        name: str = "arm",
+        followers: Iterable[Follower] = (),
+    ) -> None:
         if not isinstance(name, str) or not name:
             raise InputError("name", _door.describe(name), "the arm's name (text, not empty)")
-        object.__setattr__(self, "joints", _named(joints))
+        object.__setattr__(self, "joints", named(joints))
         object.__setattr__(self, "tool", _door.pose("tool", np.eye(4) if tool is None else tool))
         object.__setattr__(self, "name", name)
+        object.__setattr__(self, "followers", checked(followers, self.joints))
 
     @classmethod
     def from_joints(cls, joints: Iterable[Joint], *, tool: npt.ArrayLike | None = None, name: str = "arm") -> Arm:
@@ -74,7 +88,7 @@ class Arm(Value):
             InputError: another letter, two rolls in one segment, wrong lengths or limits.
         """
         joints, tool = module_chain(sequence, lengths)
-        return cls(_driven(joints, velocity_limits), tool=tool, name=name)
+        return cls(driven(joints, velocity_limits), tool=tool, name=name)
 
     @classmethod
     def from_dh(
@@ -102,7 +116,7 @@ class Arm(Value):
         """
         joints, last = dh_chain(rows, convention, base)
         end = last if tool is None else last @ _door.pose("tool", tool)
-        return cls(_driven(joints, velocity_limits), tool=end, name=name)
+        return cls(driven(joints, velocity_limits), tool=end, name=name)
 
     @property
     def n(self) -> int:
@@ -139,16 +153,29 @@ class Arm(Value):
     @cached_property
     def reach(self) -> float:
         """Distance from the base that the tool never exceeds [m]: links stretched, slides at their ends."""
-        links = [joint.placement for joint in self.joints] + [self.tool]
-        slides = [max(map(abs, joint.position_limits)) for joint in self.joints if joint.kind == "prismatic"]
+        links = [moving.joint.placement for moving in self.chain] + [self.tool]
+        slides = [
+            max(abs(moving.factor * end + moving.offset) for end in self.joints[moving.leader].position_limits)
+            for moving in self.chain
+            if moving.joint.kind == "prismatic"
+        ]
         return float(sum(np.linalg.norm(T[:3, 3]) for T in links) + sum(slides))
+
+    @cached_property
+    def chain(self) -> tuple[Moving, ...]:
+        """All joints that move, the followers included, from the base on."""
+        return chain(self.joints, self.followers)
 
     @cached_property
     def model(self) -> ArmModel:
         """The arm in the compiled core."""
-        placements = np.array([joint.placement for joint in self.joints])
-        axes = np.array([joint.axis for joint in self.joints])
-        return ArmModel(self.kinds, placements, axes, self.tool)
+        placements = np.array([moving.joint.placement for moving in self.chain])
+        axes = np.array([moving.joint.axis for moving in self.chain])
+        kinds = [KINDS.index(moving.joint.kind) for moving in self.chain]
+        if not self.followers:
+            return ArmModel(kinds, placements, axes, self.tool)
+        _, leaders, factors, offsets = zip(*self.chain, strict=True)
+        return ArmModel(kinds, placements, axes, self.tool, leaders, np.array(factors), np.array(offsets))
 
     def forward(self, q: npt.ArrayLike) -> FloatArray:
         """Pose of the tool in the base frame.
@@ -177,6 +204,37 @@ class Arm(Value):
             InputError: another shape, not numbers, NaN or infinite.
         """
         return self._each(self.model.jacobian, q, (6, self.n))
+
+    def singular_values(
+        self, q: npt.ArrayLike, task: Asked | None = None, *, joints: Iterable[str | int] | None = None
+    ) -> FloatArray:
+        """How fast unit joint rates move the tool: from the direction served best to the one served worst.
+
+        Args:
+            q: (..., n) joint values [rad] or [m].
+            task: rows, axes, point and weights; None: all six rows at the arm's tool, in metres and radians.
+            joints: k names or indices of the joints that work; None: all.
+
+        Returns:
+            (..., min(m, k)) singular values of these joints' weighted Jacobian, falling.
+
+        Raises:
+            InputError: another shape, not numbers, NaN or infinite; a joint twice.
+            UnknownJointError: the arm has no such joint.
+        """
+        return spectra(self, q, task, joints, product=False)
+
+    def manipulability(
+        self, q: npt.ArrayLike, task: Asked | None = None, *, joints: Iterable[str | int] | None = None
+    ) -> FloatArray:
+        """The root of det(J Jᵀ) of the weighted Jacobian: the product of its m singular values (Yoshikawa, 1985).
+
+        Arguments and errors are those of ``singular_values``.
+
+        Returns:
+            (...,) array; 0 where a direction of the task is lost, as with fewer joints than rows.
+        """
+        return spectra(self, q, task, joints, product=True)
 
     def joint_index(self, joint: str | int) -> int:
         """0-based index of a joint.
@@ -212,7 +270,7 @@ class Arm(Value):
             InputError: wrong shape, NaN, a negative rate, or lower above upper.
         """
         joints = limited(self.joints, velocity=velocity, position=position, acceleration=acceleration)
-        return Arm(joints, tool=self.tool, name=self.name)
+        return Arm(joints, tool=self.tool, name=self.name, followers=self.followers)
 
     def with_tool(self, tool: npt.ArrayLike) -> Arm:
         """The same arm with another tool in place of the one it has.
@@ -225,7 +283,7 @@ class Arm(Value):
         Raises:
             InputError: it is not a rigid transform.
         """
-        return Arm(self.joints, tool=tool, name=self.name)
+        return Arm(self.joints, tool=tool, name=self.name, followers=self.followers)
 
     def describe(self) -> str:
         """A table of the joints, their axes and limits, and the reach; ``str(arm)`` is the same."""
@@ -243,38 +301,6 @@ class Arm(Value):
 
     def __str__(self) -> str:
         return describe(self)
-
-
-def _named(joints: Any) -> tuple[Joint, ...]:
-    """The joints, each with a name, no name twice."""
-    expected = "one or more Joint, from the base on"
-    try:
-        chain = list(joints)
-    except TypeError:
-        raise InputError("joints", _door.describe(joints), expected) from None
-    if not chain:
-        raise InputError("joints", "none", expected)
-    for place, joint in enumerate(chain):
-        if not isinstance(joint, Joint):
-            raise InputError("joints", f"{_door.describe(joint)} at place {place}", expected)
-        if joint.name is None:
-            chain[place] = replace(joint, name=f"j{place + 1}")
-    names = [joint.name for joint in chain]
-    for place, name in enumerate(names):
-        if name in names[:place]:
-            raise InputError(
-                "joints",
-                f"the name {name!r} at places {names.index(name)} and {place}",
-                "a name of its own for each",
-            )
-    return tuple(chain)
-
-
-def _driven(joints: list[Joint], velocity_limits: npt.ArrayLike | None) -> Iterable[Joint]:
-    """The joints with a builder's ``velocity_limits``; None leaves them without."""
-    if velocity_limits is None:
-        return joints
-    return limited(joints, velocity=rate_limits("velocity_limits", velocity_limits, len(joints)))
 
 
 def _is_integer(value: Any) -> bool:

@@ -26,3 +26,27 @@ def rotation_z(angle: float) -> FloatArray:
     """Turn about z by an angle [rad]."""
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+
+
+def rotation_y(angle: float) -> FloatArray:
+    """Turn about y by an angle [rad]."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, 0, s, 0], [0, 1, 0, 0], [-s, 0, c, 0], [0, 0, 0, 1.0]])
+
+
+def moved(kind: str, axis: FloatArray, position: float) -> FloatArray:
+    """What a joint at a position does: a turn about its axis [rad] (Rodrigues), or a shift along it [m].
+
+    Args:
+        kind: ``"revolute"`` or ``"prismatic"``.
+        axis: (3,) of length 1.
+        position: of the joint.
+    """
+    T = np.eye(4)
+    if kind == "prismatic":
+        T[:3, 3] = position * axis
+        return T
+    x, y, z = axis
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    T[:3, :3] += math.sin(position) * K + 2.0 * math.sin(position / 2.0) ** 2 * (K @ K)
+    return T

@@ -6,16 +6,21 @@ import sys
 def main() -> None:
     """Runs the command named by the process's arguments and exits.
 
-    The exit code is 0 when all went well, 1 for an error or a claim that fails, 2 for wrong usage and 130 for Ctrl-C.
+    The exit codes are those of ``stillreach.cli._exit``: 0 done, 1 done but the arm or a claim failed, 2 a mistake of
+    the user, 3 a mistake of stillreach, 130 Ctrl-C.
     """
-    from stillreach.cli._app import app
-
+    arguments = sys.argv[1:]
+    debug = "--debug" in arguments
     try:
-        app()
-    except Exception as error:
-        from stillreach.errors import StillreachError
+        for stream in (sys.stdout, sys.stderr):  # a terminal without σ gets "?", not a crash
+            if hasattr(stream, "reconfigure"):
+                stream.reconfigure(errors="replace")
+        from stillreach.cli._app import app
 
-        if not isinstance(error, StillreachError):
-            raise
-        print(f"stillreach: {error}", file=sys.stderr)
-        sys.exit(1)
+        app([argument for argument in arguments if argument != "--debug"], prog_name="stillreach")
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except Exception as error:
+        from stillreach.cli._exit import report
+
+        sys.exit(report(error, debug=debug))

@@ -7,19 +7,24 @@ from typing import Annotated
 
 import typer
 
+from stillreach.cli.arms import arms
+from stillreach.cli.compare import compare
 from stillreach.cli.doctor import doctor
+from stillreach.cli.inspect import inspect
 from stillreach.cli.paper import paper
+from stillreach.cli.run import run
+from stillreach.cli.schema import schema
 
 app = typer.Typer(
     name="stillreach",
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode=None,  # plain help: half the time to the answer
     pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="Exit codes: 0 done, 1 the arm did not finish or a claim fails, 2 a mistake to put right, 130 Ctrl-C.",
 )
-app.command()(paper)
-app.command()(doctor)
+for command in (run, compare, inspect, arms, schema, paper, doctor):
+    app.command()(command)
 
 
 def _print_version(wanted: bool) -> None:
@@ -35,6 +40,9 @@ def _options(
     version: Annotated[
         bool,
         typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit."),
+    ] = False,
+    debug: Annotated[
+        bool, typer.Option("--debug", help="Show the traceback of an error, too (legal at any place).")
     ] = False,
 ) -> None:
     """Keeps a redundant robot arm on its task after joints fail."""

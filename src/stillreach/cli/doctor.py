@@ -1,9 +1,15 @@
 """`stillreach doctor`: what is installed, what is missing and how to get it."""
 
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
 _HIDDEN_EXTRAS = ("all", "test")
 
 
-def doctor() -> None:
+def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False) -> None:
     """Show what is installed and what is missing.
 
     Names the instruction path that is active and the command that installs each missing extra.
@@ -11,25 +17,34 @@ def doctor() -> None:
     import platform
     from importlib import metadata
 
-    from rich.console import Console
-    from rich.table import Table
-
     from stillreach import _core
+    from stillreach.cli._terminal import console, print_json, table
 
-    console = Console()
-    console.print(f"stillreach {metadata.version('stillreach')}, Python {platform.python_version()}")
-    console.print(f"machine {platform.machine()}, instruction path [bold]{_core.instruction_set()}[/]")
-    table = Table("part", "package", "version")
-    missing = []
-    for extra, packages in _packages_by_extra().items():
-        versions = {package: _version(package) for package in packages}
-        for package, version in versions.items():
-            table.add_row(extra or "always", package, version or "[red]missing[/]")
-        if extra and None in versions.values():
-            missing.append(extra)
-    console.print(table)
-    for extra in missing:
-        console.print(f"to install what is missing: pip install 'stillreach[{extra}]'", markup=False)
+    versions = {
+        extra: {package: _version(package) for package in packages} for extra, packages in _packages_by_extra().items()
+    }
+    found = {
+        "stillreach": metadata.version("stillreach"),
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+        "system": platform.system(),
+        "instruction_path": _core.instruction_set(),
+        "packages": {package: version for packages in versions.values() for package, version in packages.items()},
+        "missing_extras": [extra for extra, packages in versions.items() if extra and None in packages.values()],
+    }
+    if as_json:
+        print_json(found)
+        return
+    out = console()
+    out.print(f"stillreach {found['stillreach']}, Python {found['python']}")
+    out.print(f"{found['system']} on {found['machine']}, instruction path {found['instruction_path']}\n")
+    made = table("extra", "package", "version")
+    for extra, packages in versions.items():
+        for package, version in packages.items():
+            made.add_row(extra or "(always)", package, version or "missing", style=None if version else "red")
+    out.print(made)
+    for extra in found["missing_extras"]:
+        out.print(f"\nto install what is missing: pip install 'stillreach[{extra}]'", soft_wrap=True)
 
 
 def _packages_by_extra() -> dict[str, list[str]]:

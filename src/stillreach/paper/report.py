@@ -21,7 +21,7 @@ SOURCE = (
 )
 STILLREACH = (
     "The column *stillreach* is the default law of this package, `LeastError(max_gain=10)`, in closed loop on the "
-    "commanded line (`track_gain=2`), with null motion on manipulability, five ticks in each step of the others. "
+    "commanded line (`gain=2`), with null motion on manipulability, five ticks in each step of the others. "
     "It leaves the plane, in which the three working pitch joints cannot make the motion, and goes all the way. "
     "Its damping factor is in metres and radians, the others' in inches and degrees."
 )

@@ -10,9 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from stillreach.arm import Arm
+from stillreach.arm.placements import moved
 from stillreach.show.style import SCREEN, Look, matplotlib_or_error
 
 SIDES = 20
+LEAST_LENGTH = 1e-6
 LINK, JOINT, FAILED = np.full(3, 0.92), np.full(3, 0.62), np.array([0.78, 0.16, 0.10])
 """Colours in full light."""
 
@@ -21,15 +23,17 @@ def stations(arm: Arm, q: npt.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Where the joints of an arm sit at q (n,) [rad] or [m].
 
     Returns:
-        Points (n + 2, 3) [m]: the base, each joint, the tool; and the joints' axes (n, 3) in the base frame.
+        Points (k + 2, 3) [m]: the base, each of the k joints of ``arm.chain``, the tool; and those joints' axes (k, 3)
+        in the base frame.
     """
     q = np.asarray(q, dtype=np.float64)
-    points, axes = [np.zeros(3)], []
-    for k, joint in enumerate(arm.joints):
-        before = Arm(arm.joints[: k + 1]).forward(np.append(q[:k], 0.0))
-        points.append(before[:3, 3])
-        axes.append(before[:3, :3] @ joint.axis)
-    points.append(arm.forward(q)[:3, 3])
+    T, points, axes = np.eye(4), [np.zeros(3)], []
+    for joint, leader, factor, offset in arm.chain:
+        T = T @ joint.placement
+        points.append(T[:3, 3])
+        axes.append(T[:3, :3] @ joint.axis)
+        T = T @ moved(joint.kind, joint.axis, factor * q[leader] + offset)
+    points.append((T @ arm.tool)[:3, 3])
     return np.array(points), np.array(axes)
 
 
@@ -61,9 +65,9 @@ def draw(
     points = points / look.length
     width = _thickness(points)
     shapes = [(_tube(start, end, width), LINK) for start, end in pairwise(points)]
-    for joint, (point, axis) in enumerate(zip(points[1:-1], axes, strict=True)):
+    for moving, point, axis in zip(arm.chain, points[1:-1], axes, strict=True):
         along = 1.9 * width * axis
-        shapes.append((_tube(point - along, point + along, 1.55 * width), FAILED if joint in failed else JOINT))
+        shapes.append((_tube(point - along, point + along, 1.55 * width), FAILED if moving.leader in failed else JOINT))
     faces = [(face, (*_lit(face, colour), alpha)) for tube, colour in shapes for face in tube]
     # one collection, so that near faces hide far ones
     colours = [colour for _, colour in faces]
@@ -72,8 +76,8 @@ def draw(
     )
     if labels:
         _tool(ax, arm.forward(q), look, 5.0 * width)
-        for name, point in zip(arm.joint_names, points[1:-1], strict=True):
-            ax.text(*point, f"   {name}", fontsize=8, va="bottom")
+        for moving, point in zip(arm.chain, points[1:-1], strict=True):
+            ax.text(*point, f"   {moving.joint.name}", fontsize=8, va="bottom")
     fit(ax, points)
 
 
@@ -85,8 +89,6 @@ def path(ax: Any, points: npt.ArrayLike, *, look: Look = SCREEN, **line: Any) ->
 
 def fit(ax: Any, points: np.ndarray) -> None:
     """One scale on all three axes, around points (k, 3) in the figure's unit."""
-    from matplotlib.ticker import MultipleLocator
-
     least = 20 * _thickness(points)
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     half = np.maximum(np.ptp(points, axis=0) + least, 2 * least) / 2
@@ -94,7 +96,14 @@ def fit(ax: Any, points: np.ndarray) -> None:
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     ax.set_box_aspect(high - low, zoom=0.88)
     for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
-        axis.set_major_locator(MultipleLocator(_round_step(float(np.max(high - low)) / 4)))
+        axis.set_major_locator(round_ticks(high - low))
+
+
+def round_ticks(sides: np.ndarray) -> Any:
+    """A locator of round ticks, about four along the longest of the sides (3,)."""
+    from matplotlib.ticker import MultipleLocator
+
+    return MultipleLocator(_round_step(float(np.max(sides)) / 4))
 
 
 def _tube(start: np.ndarray, end: np.ndarray, radius: float) -> np.ndarray:
@@ -137,5 +146,6 @@ def _round_step(length: float) -> float:
 
 
 def _thickness(points: np.ndarray) -> float:
-    """Radius of a link, for an arm of this length."""
-    return 0.012 * float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    """Radius of a link, for an arm of this length; one whose joints are all in one place is drawn as if 1 m long."""
+    length = float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    return 0.012 * (length if length > LEAST_LENGTH else 1.0)

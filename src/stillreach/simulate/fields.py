@@ -38,6 +38,10 @@ class Field:
         """The array's shape for so many ticks and joints."""
         return (ticks, *(AXES[axis] or joints for axis in self.axes))
 
+    def row_bytes(self, joints: int) -> int:
+        """Memory of one tick's row."""
+        return int(np.prod(self.shape(1, joints))) * np.dtype(self.dtype).itemsize
+
 
 FIELDS = (
     Field("time", (), "s", "time since the start"),

@@ -27,7 +27,7 @@ def run_attributes(scenario: Scenario, *, interrupted: bool) -> dict[str, Attrib
         "faults": "; ".join(map(repr, scenario.faults)) or "none",
         "rate_limits": "infinite: no rate limit" if np.all(np.isinf(limits)) else "see lower and upper",
         "null_motion": "none" if scenario.null_motion is None else repr(scenario.null_motion),
-        "feedback": "none" if scenario.track_gain is None else f"on the pose, {scenario.track_gain:g} 1/s",
+        "feedback": f"on the pose, {scenario.gain:g} 1/s" if scenario.loop == "closed" else "none",
         "integrator": scenario.integrator,
         "period": float(scenario.period),
         "duration": float(scenario.duration or 0.0),

@@ -1,4 +1,4 @@
-"""What the tool is told to do over time: constant twists one after the other, or a function of time.
+"""What the tool is told to do over time: constant twists and courses one after the other, or a function of time.
 
 A commanded twist is [v; w] along base axes (see ``stillreach.simulate.path`` for where it leads).
 """
@@ -15,6 +15,7 @@ import numpy.typing as npt
 from stillreach import _door
 from stillreach._door import FloatArray
 from stillreach.errors import InputError
+from stillreach.simulate.course import Course
 
 TICK_TOLERANCE = 1e-9
 """A moment this fraction of a period before a tick counts as that tick: 0.1 + 0.2 is later than 0.3."""
@@ -52,43 +53,51 @@ class Twist:
         return f"Twist([{', '.join(f'{value:g}' for value in self.twist)}]{held})"
 
 
-Motion: TypeAlias = Twist | Callable[[float], npt.ArrayLike]
-"""A part of a motion: a held twist, or a function from the time since the scenario's start [s] to a twist (6,)."""
+Motion: TypeAlias = Twist | Course | Callable[[float], npt.ArrayLike]
+"""A part of a motion: a held twist, a course (Line, Circle, Waypoints, PoseTable), or a function from the time since
+the scenario's start [s] to a twist (6,)."""
 
 
 def checked_motion(motion: Any) -> tuple[Motion, ...]:
     """The parts of a motion, from one part or several.
 
     Args:
-        motion: a Twist, a function of time, or a sequence of Twist of which the last part may be a function or lack a
-            duration.
+        motion: a Twist, a course, a function of time, or a sequence of twists and courses of which the last part may be
+            a function or a Twist without a duration.
 
     Raises:
         InputError: it is something else, or a part follows one that never ends.
     """
-    expected = "a Twist, a function of time, or a list of Twist whose last part may be a function"
-    if isinstance(motion, Twist) or callable(motion):
+    expected = (
+        "a Twist, Line, Circle, Waypoints, PoseTable, a function of time, or a list of these whose last part may be a "
+        "function"
+    )
+    if isinstance(motion, Twist | Course) or callable(motion):
         return (motion,)
     if not isinstance(motion, Iterable) or isinstance(motion, str | np.ndarray):
         raise InputError("motion", _door.describe(motion), expected)
     parts = tuple(motion)
     for place, part in enumerate(parts):
-        if not (isinstance(part, Twist) or callable(part)):
+        if not (isinstance(part, Twist | Course) or callable(part)):
             raise InputError("motion", f"{_door.describe(part)} at place {place}", expected)
-        endless = not isinstance(part, Twist) or part.duration is None
-        if endless and place < len(parts) - 1:
+        if np.isinf(_length(part)) and place < len(parts) - 1:
             raise InputError("motion", f"a part without an end at place {place} of {len(parts)}", expected)
     return parts
 
 
 def ends(motion: Sequence[Motion]) -> FloatArray:
     """(parts,) [s] when each part ends; the last is infinite where it has no end."""
-    durations = [part.duration if isinstance(part, Twist) and part.duration is not None else np.inf for part in motion]
-    return np.cumsum(durations)
+    return np.cumsum([_length(part) for part in motion])
+
+
+def _length(part: Motion) -> float:
+    """How long a part lasts [s]."""
+    duration = part.duration if isinstance(part, Twist | Course) else None
+    return np.inf if duration is None else float(duration)
 
 
 def commands(motion: Sequence[Motion], times: FloatArray, part: int) -> FloatArray:
-    """The commanded twists at some times that all lie in one part.
+    """The commanded twists at some times that all lie in one part, which is no course.
 
     Args:
         motion: the parts.
@@ -104,6 +113,8 @@ def commands(motion: Sequence[Motion], times: FloatArray, part: int) -> FloatArr
     if part >= len(motion):
         return np.zeros((len(times), 6))
     item = motion[part]
+    if isinstance(item, Course):
+        raise TypeError("a course is planned, not sampled")
     if isinstance(item, Twist):
         return np.repeat(item.twist[None, :], len(times), axis=0)
     return np.array([_door.vector(f"motion({t:g})", _called(item, float(t)), 6) for t in times])

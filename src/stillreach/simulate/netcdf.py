@@ -8,7 +8,11 @@ netCDF file.
 from __future__ import annotations
 
 import os
+import signal
 import tempfile
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -54,17 +58,35 @@ def write(run: Run, path: str | os.PathLike[str]) -> None:
     """Write a run beside its final place, then move it there, so that whoever stops this leaves the old file whole."""
     h5netcdf = _h5netcdf("run.save()")
     target = Path(path)
-    handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
-    os.close(handle)
-    part = Path(name)
+    with _interrupts_wait():
+        handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
+        os.close(handle)
+        part = Path(name)
+        try:
+            with h5netcdf.File(part, "w") as file:
+                _fill(file, run)
+            _as_new_file(part)
+            part.replace(target)
+        except BaseException:
+            part.unlink(missing_ok=True)
+            raise
+
+
+@contextmanager
+def _interrupts_wait() -> Iterator[None]:
+    """Ctrl-C counts once the file stands: HDF5 complains of a file that is broken off half written."""
+    handler = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or handler is None:
+        yield  # signals are the main thread's; a handler that is not Python's cannot be put back
+        return
+    came = []
+    signal.signal(signal.SIGINT, lambda *_: came.append(True))
     try:
-        with h5netcdf.File(part, "w") as file:
-            _fill(file, run)
-        _as_new_file(part)
-        part.replace(target)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    if came:
+        signal.raise_signal(signal.SIGINT)
 
 
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from stillreach._door import FloatArray
 from stillreach.simulate.motion import checked_motion, commands
-from stillreach.simulate.path import led_to
+from stillreach.simulate.path import Stretch, held_between, led_to, stretches
 from stillreach.simulate.scenario import Scenario
 
 
@@ -21,9 +21,11 @@ class Orders:
         self._motion = checked_motion(scenario.motion)
         self._period = scenario.period
         self._stages = 2 if scenario.integrator == "rk4" else 1
+        self._closed = scenario.loop == "closed"
         self.starts = scenario.part_starts()
         """The tick from which on each part of the motion is commanded."""
-        self._target = scenario.task_pose(scenario.start) if scenario.track_gain is not None else None
+        self._target = scenario.task_pose(scenario.start)
+        self._stretches = stretches(self._motion, self.starts, self._period, self._target)
 
     def chunk(self, first: int, end: int, *, last: bool) -> tuple[FloatArray, FloatArray | None]:
         """The orders at the stages of the steps from tick ``first`` to tick ``end``.
@@ -42,13 +44,27 @@ class Orders:
         part = sum(start <= first for start in self.starts) - 1
         # the ends of the steps belong to the path, whether or not they are asked for
         stages = np.arange(self._stages * first, self._stages * end + 1, dtype=np.float64)
-        times = stages * (self._period / self._stages)
-        count = 1 if last else len(times) - (self._stages == 1)
+        count = 1 if last else len(stages) - (self._stages == 1)
+        stretch = self._stretches.get(part)
+        if stretch is None:
+            return self._free(part, stages * (self._period / self._stages), count, last)
+        poses, twists = self._along(stretch, stages / self._stages)
+        if not last:
+            self._target = poses[-1]
+        return twists[:count], np.ascontiguousarray(poses[:count]) if self._closed else None
+
+    def _free(self, part: int, times: FloatArray, count: int, last: bool) -> tuple[FloatArray, FloatArray | None]:
+        """Orders of held twists and functions, which lead on from wherever the motion is."""
         twists = commands(self._motion, times[:count], part)
-        if self._target is None:
+        if not self._closed:
             return twists, None
         if last:
             return twists, self._target[None]
         poses = led_to(self._target, self._motion, part, times)
         self._target = poses[-1]
         return twists, np.ascontiguousarray(poses[:count])
+
+    def _along(self, stretch: Stretch, ticks: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Poses and twists of a course; with Euler steps the twist that leads to the next tick's pose is held."""
+        poses, twists = stretch.at(ticks)
+        return poses, held_between(poses, self._period) if self._stages == 1 else twists

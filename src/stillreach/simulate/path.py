@@ -7,16 +7,87 @@ the point moves on a straight line while the attitude turns about a fixed axis.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
 from stillreach._door import FloatArray
+from stillreach.errors import InputError
+from stillreach.simulate.course import Course, Plan
 from stillreach.simulate.motion import Motion, Twist, commands
+from stillreach.simulate.rotations import exp, log
 
 GAUSS = np.array([0.5 - np.sqrt(3.0) / 6.0, 0.5 + np.sqrt(3.0) / 6.0])
 """Nodes of the two-point rule on [0, 1]."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A course in the ticks of a scenario: it begins and ends with a tick, stretched by less than a tick.
+
+    Args:
+        plan: the course from where it begins.
+        duration: its own [s].
+        first, end: its first and last tick.
+        period: time between ticks [s].
+    """
+
+    plan: Plan
+    duration: float
+    first: int
+    end: int
+    period: float
+
+    def at(self, ticks: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Poses (K, 4, 4) and twists (K, 6) at ticks (K,), which may lie between whole ones."""
+        count = self.end - self.first
+        poses, twists = self.plan.at((ticks - self.first) / count * self.duration)
+        return poses, twists * (self.duration / (count * self.period))
+
+
+def stretches(
+    motion: Sequence[Motion], starts: Sequence[int], period: float, T_start: FloatArray
+) -> dict[int, Stretch]:
+    """The courses of a motion, each from the pose that the parts before it lead to.
+
+    Args:
+        motion: the parts.
+        starts: (parts + 1,) tick at which each part begins, and the last one ends.
+        period: time between ticks [s].
+        T_start: (4, 4) [m] pose at the start.
+
+    Returns:
+        By the index of the part.
+
+    Raises:
+        InputError: a course is shorter than a tick, or cannot begin where the parts before it lead.
+    """
+    found: dict[int, Stretch] = {}
+    last_course = max((place for place, part in enumerate(motion) if isinstance(part, Course)), default=-1)
+    for place, part in enumerate(motion[: last_course + 1]):
+        first, end = starts[place : place + 2]
+        if isinstance(part, Twist):
+            T_start = _moved(T_start, part.twist[None] * ((end - first) * period))[-1]
+        elif isinstance(part, Course):
+            if end <= first or part.duration < period:
+                raise InputError(
+                    f"motion[{place}].duration", f"{part.duration:g} s", f"at least a period, {period:g} s"
+                )
+            try:
+                plan = part.plan(T_start)
+            except InputError as error:
+                raise InputError(f"motion[{place}].{error.argument}", error.got, error.expected) from None
+            found[place] = Stretch(plan, part.duration, first, end, period)
+            T_start = plan.at(np.array([part.duration]))[0][0]
+    return found
+
+
+def held_between(poses: FloatArray, period: float) -> FloatArray:
+    """The twists (K, 6) that, each held for a period, lead from pose to pose of (K + 1, 4, 4)."""
+    turns = poses[1:, :3, :3] @ np.swapaxes(poses[:-1, :3, :3], 1, 2)
+    return np.hstack([np.diff(poses[:, :3, 3], axis=0), log(turns)]) / period
 
 
 def followed(T_start: npt.ArrayLike, twists: npt.ArrayLike, durations: npt.ArrayLike) -> FloatArray:
@@ -59,18 +130,6 @@ def _moved(T_start: FloatArray, moves: FloatArray) -> FloatArray:
     poses = np.tile(np.eye(4), (len(moves) + 1, 1, 1))
     poses[0] = T_start
     poses[1:, :3, 3] = T_start[:3, 3] + np.cumsum(moves[:, :3], axis=0)
-    for k, turn in enumerate(_rotations(moves[:, 3:])):
+    for k, turn in enumerate(exp(moves[:, 3:])):
         poses[k + 1, :3, :3] = turn @ poses[k, :3, :3]
     return poses
-
-
-def _rotations(vectors: FloatArray) -> FloatArray:
-    """exp([w]) of rotation vectors (K, 3) [rad], (K, 3, 3): Rodrigues' formula, without cancellation near 0."""
-    angle = np.linalg.norm(vectors, axis=1)
-    first = np.sinc(angle / np.pi)[:, None, None]  # sin a / a
-    second = 0.5 * np.sinc(angle / (2 * np.pi))[:, None, None] ** 2  # (1 - cos a) / a²
-    x, y, z = vectors.T
-    zero = np.zeros_like(x)
-    K = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
-    turns: FloatArray = np.eye(3) + first * K + second * (K @ K)
-    return turns

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 
@@ -15,10 +16,15 @@ from stillreach.control import Controller, NullMotion
 from stillreach.errors import InputError
 from stillreach.faults import Fault
 from stillreach.laws import Law, LeastError
+from stillreach.simulate.fields import FIELDS
 from stillreach.simulate.motion import TICK_TOLERANCE, Motion, checked_motion, ends
+from stillreach.simulate.path import stretches
 from stillreach.task import Task
 
 INTEGRATORS = ("euler", "rk4")
+LOOPS = ("open", "closed")
+LARGEST_RECORD = 2**33
+"""[bytes] of a run; a duration or period mistyped by a few orders of magnitude is refused, not begun."""
 CONTROLLER_SETTINGS = (
     "law",
     "task",
@@ -41,8 +47,8 @@ class Scenario:
     Args:
         arm: the arm.
         start: (n,) joint values at time 0 [rad] or [m].
-        motion: one Twist or function of time, or a list of Twist, one after the other, whose last part may be a
-            function or lack a duration. After the last part the commanded twist is zero.
+        motion: one part or a list of them, one after the other: Twist, Line, Circle, Waypoints or PoseTable; the last
+            may be a function of time or a Twist without a duration. After the last part the commanded twist is zero.
         faults: what fails when. A fault begins and ends at the first tick that is not before its time; of two on one
             joint the one that began last holds.
         law: how the rates are found; LeastError() where None.
@@ -55,8 +61,9 @@ class Scenario:
         position_limits: (n, 2) or one pair for all [rad] or [m]; None takes the arm's own.
         acceleration_limits: (n,) or one for all [rad/s²] or [m/s²], inf for none; None takes the arm's own.
         null_motion: what is done with the freedom that the task leaves, as for Controller; None is nothing.
-        track_gain: [1/s] feedback on the pose that the commanded motion has led to (``Controller.track``, the command
-            as its feedforward); None: the commanded twist alone, no feedback.
+        loop: ``"open"`` (the commanded twist alone) or ``"closed"`` (feedback on the pose that the commanded motion has
+            led to, as ``Controller.track``, with the command as its feedforward).
+        gain: [1/s] of that feedback.
         track_limits: largest correction (linear [m/s], angular [rad/s]); None: no bound.
         return_rate: [rad/s, m/s] at which joints outside their position limits are asked back, as for Controller.
         transition_rate: [1/s] how fast the null motion takes over again after a fault, as for Controller; 0: at once.
@@ -81,7 +88,8 @@ class Scenario:
     position_limits: npt.ArrayLike | None = None
     acceleration_limits: npt.ArrayLike | None = None
     null_motion: NullMotion | npt.ArrayLike | None = None
-    track_gain: float | None = None
+    loop: str = "open"
+    gain: float = 2.0
     track_limits: tuple[float, float] | None = None
     return_rate: float = 0.0
     transition_rate: float = 2.0
@@ -99,10 +107,29 @@ class Scenario:
             "period": _door.positive("period", self.period),
             "duration": self._checked_duration(),
             "integrator": _door.choice("integrator", self.integrator, INTEGRATORS),
+            "loop": _door.choice("loop", self.loop, LOOPS),
+            "gain": _door.positive("gain", self.gain, or_zero=True),
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
-        self.controller()  # refuses what it cannot use, here and not in the middle of a program
+        self._refuse_too_long()
+        # what cannot be used is refused here and not in the middle of a program
+        self.controller()
+        stretches(checked_motion(self.motion), self.part_starts(), self.period, self.task_pose(self.start))
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Scenario:
+        """A scenario from a TOML file (docs/scenarios.md), or one that comes with the package.
+
+        Args:
+            path: the file, or the name of a ready scenario (``stillreach.scenario_names()``).
+
+        Raises:
+            ScenarioFileError: there is no such file, or something is wrong with it: ``mistakes`` holds everything.
+        """
+        from stillreach.simulate.scenario_file import load
+
+        return load(path)
 
     def controller(self) -> Controller:
         """A new controller as the scenario describes it, nothing failed yet.
@@ -111,7 +138,7 @@ class Scenario:
             InputError: one of its settings is not what it should be.
         """
         settings = {name: getattr(self, name) for name in CONTROLLER_SETTINGS}
-        return Controller(self.arm, track_gain=0.0 if self.track_gain is None else self.track_gain, **settings)
+        return Controller(self.arm, track_gain=self.gain, **settings)
 
     def task_pose(self, q: FloatArray) -> FloatArray:
         """Pose of the task's point at joint values (n,), (4, 4) [m]."""
@@ -127,14 +154,27 @@ class Scenario:
 
     def tick_at(self, time: float) -> int:
         """The first tick that is not before a time [s]; infinite times are after every tick."""
-        if np.isinf(time):
+        with np.errstate(over="ignore"):
+            ticks = float(np.divide(time, self.period))
+        if np.isinf(ticks):
             return self.steps + 1
-        ticks = time / self.period
         return max(0, int(np.ceil(ticks - _slack(ticks))))
 
     def part_starts(self) -> list[int]:
         """The tick from which on each part of the motion is commanded; one more for the rest after the last."""
         return [0, *(self.tick_at(float(end)) for end in ends(checked_motion(self.motion)))]
+
+    def _refuse_too_long(self) -> None:
+        assert self.duration is not None
+        row = sum(field.row_bytes(self.arm.n) for field in FIELDS)
+        most = LARGEST_RECORD // row
+        ticks = self.duration / self.period
+        if ticks > most:
+            raise InputError(
+                "duration",
+                f"{self.duration:g} s, {ticks:.3g} ticks of {self.period:g} s",
+                f"at most {most:,} ticks ({LARGEST_RECORD / 2**30:g} GiB of record)",
+            )
 
     def _checked_faults(self) -> tuple[Fault, ...]:
         faults = (self.faults,) if isinstance(self.faults, Fault) else tuple(self.faults)

@@ -197,13 +197,14 @@ def test_names_that_do_not_count_up_are_all_listed():
         slide_and_turn().joint_index("elbow")
 
 
-def test_the_table_shows_every_joint_with_axis_limits_and_unit():
+def test_the_table_shows_every_joint_with_place_axis_limits_and_unit():
     text = slide_and_turn().describe()
     assert str(slide_and_turn()) == text
     lines = [line.split() for line in text.splitlines()]
     assert text.splitlines()[0] == "hoist, 1 revolute + 1 prismatic joints, reach at most 4 m:"
-    assert lines[2] == ["lift", "prismatic", "(0,", "0,", "1)", "-0.5", "…", "2", "0.1", "free", "m"]
-    assert lines[3] == ["j2", "revolute", "(0,", "1,", "0)", "free", "2", "4", "rad"]
+    assert lines[2] == ["lift", "prismatic", "(0,", "0,", "0)", "(0,", "0,", "1)", "-0.5", "…", "2", "0.1", "free", "m"]
+    assert lines[3] == ["j2", "revolute", "(0,", "0,", "1)", "(0,", "1,", "0)", "free", "2", "4", "rad"]
+    assert lines[4] == ["tool", "at", "zero:", "(1,", "0,", "1)", "m"]
 
 
 def test_the_short_form_is_one_line():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import stillreach as sr
+from tests.unit.arm.coupled_arms import coupled
 from tests.unit.arm.odd_arms import placement
 from tests.unit.control.robots import Q_PAPER, configuration, mixed, null_projector, paper, skew
 
@@ -18,7 +19,7 @@ TASKS = {
     "mask in tool axes": {"rows": MASK, "frame": "tool"},
     "tool offset": {"rows": MASK, "frame": "tool", "tool": placement((0.3, -0.2, 0.1), (1, 2, 0), 1.1)},
 }
-ARMS = {"paper": paper, "mixed": lambda: mixed(9, seed=6), "skew": lambda: skew(8)}
+ARMS = {"paper": paper, "coupled": coupled, "mixed": lambda: mixed(9, seed=6), "skew": lambda: skew(8)}
 
 
 def task_jacobian(arm, q, task, C, units, working):

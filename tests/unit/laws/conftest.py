@@ -1,14 +1,15 @@
-"""Cases and questions that the law tests share."""
+"""Cases and questions that the law tests share: 6,000 of each sort, 20,000 with STILLREACH_FULL=1."""
 
+import os
 from collections import Counter
 
 import numpy as np
 import pytest
 
 import stillreach as sr
-from oracles.cases import BOUNDS, law_cases
+from oracles.cases import BOUNDS, law_case, law_cases
 
-COUNT = 20_000
+COUNT = 20_000 if os.environ.get("STILLREACH_FULL") else 6_000
 
 
 @pytest.fixture(scope="session")
@@ -21,6 +22,12 @@ def paper_cases():
 def bound_cases():
     """Every kind of bound: per joint, one-sided, infinite."""
     return tuple(law_cases(COUNT, 2, bounds=BOUNDS, weighted=0.25, runaways=0.2))
+
+
+@pytest.fixture(scope="session")
+def bound_case():
+    """bound_case(i): bound_cases[i], also beyond the end."""
+    return lambda i: law_case(2, i, bounds=BOUNDS, weighted=0.25, runaways=0.2)
 
 
 @pytest.fixture(scope="session")

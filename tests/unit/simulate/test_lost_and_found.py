@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import stillreach as sr
+from stillreach.simulate import netcdf
 from tests.unit.simulate.scenarios import small_run
 
 SCENARIO = """
@@ -71,6 +72,22 @@ def _save_for_ever(run, path):
             run.save(path)
     finally:
         os._exit(1)
+
+
+def test_ctrl_c_during_a_save_waits_until_the_file_stands(tmp_path, monkeypatch):
+    run, fill = small_run(), netcdf._fill
+
+    def interrupted(*arguments):
+        signal.raise_signal(signal.SIGINT)
+        fill(*arguments)
+
+    monkeypatch.setattr(netcdf, "_fill", interrupted)
+    handler = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        run.save(tmp_path / "run.nc")
+    assert signal.getsignal(signal.SIGINT) is handler
+    assert np.array_equal(sr.Run.load(tmp_path / "run.nc").q, run.q)
+    assert [file.name for file in tmp_path.iterdir()] == ["run.nc"]
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork, which this system does not have")

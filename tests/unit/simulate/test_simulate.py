@@ -100,7 +100,7 @@ def test_feedback_keeps_the_tool_on_its_path_where_steps_alone_drift():
 
     runs = [
         sr.simulate(scenario(duration=2.0, **settings))
-        for settings in ({}, {"track_gain": 5.0}, {"track_gain": 5.0, "integrator": "rk4"})
+        for settings in ({}, {"loop": "closed", "gain": 5.0}, {"loop": "closed", "gain": 5.0, "integrator": "rk4"})
     ]
     start = runs[0].pose[0]
     state = [*start[:3, 3], *start[:3, :3].ravel()]
@@ -114,7 +114,7 @@ def test_feedback_keeps_the_tool_on_its_path_where_steps_alone_drift():
 @pytest.mark.parametrize("integrator", ["euler", "rk4"])
 def test_with_feedback_the_tool_waits_at_the_end_of_the_path(integrator):
     motion = [sr.Twist([0.1, 0, 0, 0, 0, 0.2], 0.5), sr.Twist([0, -0.1, 0.05, 0, 0.1, 0], 0.5)]
-    run = sr.simulate(scenario(motion=motion, duration=4.0, track_gain=5.0, integrator=integrator))
+    run = sr.simulate(scenario(motion=motion, duration=4.0, loop="closed", gain=5.0, integrator=integrator))
     expected = path(run.pose[0], [part.twist for part in motion], [0.5, 0.5])[-1]
     np.testing.assert_allclose(run.pose[-1], expected, atol=1e-6)
     np.testing.assert_allclose(run.rates[-1], 0.0, atol=1e-6)

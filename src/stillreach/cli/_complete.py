@@ -1,0 +1,65 @@
+"""What a shell offers behind Tab. Called on every Tab: nothing here imports NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from importlib import resources
+from pathlib import Path
+
+from stillreach.cli._laws import LAWS
+from stillreach.cli._robots import BUILT_IN
+
+SIZED_EXAMPLES = {"planar": "planar7", "snake": "snake30"}
+
+
+def complete_robot(incomplete: str) -> list[str]:
+    """Built-in arms and robot files."""
+    names = [SIZED_EXAMPLES.get(arm.name, arm.name) for arm in BUILT_IN]
+    return [*_starting(names, incomplete), *_files(incomplete, ("urdf", "xml"))]
+
+
+def complete_scenario(incomplete: str) -> list[str]:
+    """Ready scenarios and scenario files."""
+    return [*_starting(scenario_names(), incomplete), *_files(incomplete, ("toml",))]
+
+
+def complete_law(incomplete: str) -> list[str]:
+    """Laws."""
+    return _starting(LAWS, incomplete)
+
+
+def complete_laws(incomplete: str) -> list[str]:
+    """Laws, after those that stand before a comma already."""
+    before, comma, last = incomplete.rpartition(",")
+    return [before + comma + law for law in _starting(LAWS, last) if law not in before.split(",")]
+
+
+def scenario_names() -> list[str]:
+    """Names of the ready scenarios, in order."""
+    folder = resources.files("stillreach") / "scenarios"
+    if not folder.is_dir():
+        return []
+    return sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
+
+
+def _starting(names: Iterable[str], incomplete: str) -> list[str]:
+    return [name for name in names if name.startswith(incomplete)]
+
+
+def _files(incomplete: str, kinds: tuple[str, ...]) -> list[str]:
+    """Files of these kinds and folders that begin like this, folders with a slash."""
+    head, slash, start = incomplete.rpartition("/")
+    folder = Path(head + slash or ".")
+    try:
+        entries = sorted(folder.iterdir())
+    except OSError:
+        return []
+    found = []
+    for entry in entries:
+        hidden = entry.name.startswith(".") and not start.startswith(".")
+        if entry.name.startswith(start) and not hidden:
+            if entry.is_dir():
+                found.append(f"{head}{slash}{entry.name}/")
+            elif entry.suffix[1:] in kinds:
+                found.append(f"{head}{slash}{entry.name}")
+    return found

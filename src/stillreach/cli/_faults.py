@@ -1,0 +1,73 @@
+"""A scenario as a command line changes it: another law, other faults."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from stillreach.cli._joints import joint_index
+from stillreach.cli._units import ANGLES, LENGTHS, quantity
+from stillreach.errors import InputError
+
+if TYPE_CHECKING:
+    from stillreach.arm import Arm
+    from stillreach.faults import Fault, FaultKind
+    from stillreach.simulate import Scenario
+
+EXPECTED = "JOINT, JOINT@SECONDS or JOINT@SECONDS:KIND with a kind of locked, derated=FRACTION or runaway=RATE"
+
+
+def changed(name: str, *, law: str | None = None, fail: list[str], healthy: bool) -> Scenario:
+    """A scenario from a file or by name, with the changes that options ask for.
+
+    Args:
+        name: file or ready scenario.
+        law: text of another law; None keeps the scenario's.
+        fail: texts of more faults.
+        healthy: leave out the scenario's own faults.
+
+    Raises:
+        InputError: an option, the file or the name is not what it should be.
+    """
+    from stillreach.cli._laws import parse_law
+    from stillreach.simulate import Scenario
+
+    scenario = Scenario.load(name)
+    faults = () if healthy else tuple(scenario.faults)
+    faults += tuple(parse_fault(scenario.arm, text) for text in fail)
+    chosen = scenario.law if law is None else parse_law(law, like=scenario.law)
+    return replace(scenario, faults=faults, law=chosen)
+
+
+def parse_fault(arm: Arm, text: str) -> Fault:
+    """A fault from ``j4``, ``j4@2.5`` or ``j4@2.5:derated=0.3``.
+
+    Raises:
+        InputError: it is something else.
+        UnknownJointError: the arm has no such joint.
+    """
+    from stillreach.faults import Fault
+
+    place, colon, kind = text.partition(":")
+    joint, at, onset = place.partition("@")
+    if not joint or (at and not onset) or (colon and not kind):
+        raise InputError("--fail", repr(text), EXPECTED)
+    index = joint_index(arm, "--fail", joint)
+    seconds = quantity("--fail", onset, {"s": 1.0}) if at else 0.0
+    if seconds < 0.0:
+        raise InputError("--fail", repr(text), "a time of 0 s or later")
+    return Fault(arm.joint_names[index], at=seconds, kind=_kind(arm, index, kind or "locked"))
+
+
+def _kind(arm: Arm, index: int, text: str) -> FaultKind:
+    from stillreach.faults import Derated, Locked, Runaway
+
+    name, equals, value = text.partition("=")
+    if name == "locked" and not equals:
+        return Locked()
+    if name == "derated" and equals:
+        return Derated(quantity("--fail derated", value, {"of the limit": 1.0}))
+    if name == "runaway" and equals:
+        units = LENGTHS if arm.kinds[index] else ANGLES
+        return Runaway(quantity("--fail runaway", value.removesuffix("/s"), units))
+    raise InputError("--fail", repr(text), EXPECTED)

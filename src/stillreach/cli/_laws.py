@@ -1,0 +1,82 @@
+"""Laws by name: ``least-error``, or with settings ``singularity-robust:damping=closed-form:norm=2``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from stillreach.errors import InputError
+
+if TYPE_CHECKING:
+    from stillreach.laws import Law
+
+LAWS = {
+    "least-error": "LeastError",
+    "keep-direction": "KeepDirection",
+    "singularity-robust": "SingularityRobust",
+    "pseudoinverse": "Pseudoinverse",
+}
+"""Name on the command line and class in ``stillreach``."""
+
+EXAMPLE = "singularity-robust:damping=closed-form:norm=2"
+
+
+def parse_law(text: str, *, like: Law | None = None, argument: str = "--law") -> Law:
+    """A law from its name and settings.
+
+    Args:
+        text: ``name`` or ``name:setting=value:...``; a value is a number, ``none`` or a word.
+        like: a law whose weights the new one takes over; of the same kind also its settings, where none is given.
+        argument: what the text was given for, for messages.
+
+    Raises:
+        InputError: another name, setting or value.
+    """
+    from dataclasses import fields
+    from difflib import get_close_matches
+
+    import stillreach as sr
+
+    name, *settings = text.strip().split(":")
+    if name not in LAWS:
+        near = get_close_matches(name.lower().replace("_", "-"), LAWS, n=1)
+        hint = f" (did you mean {near[0]!r}?)" if near else ""
+        raise InputError(argument, repr(name), f"one of {', '.join(LAWS)}{hint}")
+    kind: type[Law] = getattr(sr, LAWS[name])
+    known = [field.name for field in fields(kind) if field.name != "weights"]
+    values: dict[str, Any] = {}
+    for setting in settings:
+        key, equals, value = setting.partition("=")
+        if not equals or key not in known:
+            expected = f"{name} or {name}:setting=value with a setting of {', '.join(known)}"
+            raise InputError(argument, repr(text), expected)
+        if key in values:
+            raise InputError(argument, f"{key} twice in {text!r}", "each setting once")
+        # "2" is a name where the setting is a word, a number where it is a number
+        values[key] = value if key == "norm" else _value(value)
+    taken = [] if like is None else ["weights", *known] if isinstance(like, kind) else ["weights"]
+    try:
+        return kind(**{key: getattr(like, key) for key in taken} | values)
+    except InputError as error:
+        raise InputError(f"{argument} {text}, {error.argument}", error.got, error.expected) from None
+
+
+def parse_laws(text: str, *, like: Law | None = None) -> dict[str, Law]:
+    """Several laws separated by commas, by the text that names each.
+
+    Raises:
+        InputError: one of them is no law, or comes twice.
+    """
+    names = [part.strip() for part in text.split(",")]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise InputError("--laws", f"{twice[0]!r} twice", "each law once")
+    return {name: parse_law(name, like=like, argument="--laws") for name in names}
+
+
+def _value(text: str) -> float | str | None:
+    if text.lower() == "none":
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        return text

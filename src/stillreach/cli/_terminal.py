@@ -1,0 +1,70 @@
+"""What commands print: tables that fit 80 columns with or without colour, notes, and JSON for machines."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+
+def console(*, stderr: bool = False) -> Console:
+    """A console that prints text as it is: no markup, no emoji, no colours of its own choice."""
+    from rich.console import Console
+
+    return Console(stderr=stderr, highlight=False, emoji=False, markup=False)
+
+
+def table(*heads: str, right: tuple[int, ...] = (), wrap: tuple[int, ...] = ()) -> Table:
+    """An empty table with a rule below its head.
+
+    Args:
+        heads: titles of the columns.
+        right: places of the columns that are numbers.
+        wrap: places of the columns whose text may take several lines; the others keep their width.
+    """
+    from rich import box
+    from rich.table import Table
+
+    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, header_style="bold", padding=(0, 1, 0, 0))
+    for place, head in enumerate(heads):
+        made.add_column(head, justify="right" if place in right else "left", no_wrap=place not in wrap, overflow="fold")
+    return made
+
+
+def facts(rows: list[tuple[str, str]]) -> Table:
+    """Names and what is true of them, in two columns."""
+    from rich.table import Table
+
+    made = Table(box=None, pad_edge=False, show_header=False)
+    made.add_column(no_wrap=True, style="bold")
+    made.add_column(overflow="fold")
+    for name, text in rows:
+        made.add_row(name, text)
+    return made
+
+
+def note(text: str) -> None:
+    """A line beside the answer, on standard error."""
+    console(stderr=True).print(text, soft_wrap=True)
+
+
+def print_json(value: Any) -> None:
+    """A value as JSON on standard output; infinite and undefined numbers are null."""
+    print(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def plain(value: Any) -> Any:
+    """The value in JSON's own types."""
+    if hasattr(value, "tolist"):  # NumPy
+        value = value.tolist()
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

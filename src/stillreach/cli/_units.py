@@ -1,0 +1,51 @@
+"""Numbers with units, as a command line takes them."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from stillreach.errors import InputError
+
+ANGLES = {"rad": 1.0, "deg": math.pi / 180.0}
+LENGTHS = {"m": 1.0, "mm": 0.001, "cm": 0.01, "in": 0.0254}
+NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z°]*)")
+
+
+def quantity(argument: str, text: str, units: dict[str, float]) -> float:
+    """A number with one of the units, or without: then it is in the first, SI.
+
+    Args:
+        argument: what the number is for, for the message.
+        text: e.g. ``"-45deg"``, ``"0.1"``.
+        units: size of each legal unit.
+
+    Returns:
+        The number in SI units.
+
+    Raises:
+        InputError: it is something else.
+    """
+    match = NUMBER.fullmatch(text.strip())
+    unit = (match[2] if match else "").replace("°", "deg")
+    if match is None or (unit and unit not in units):
+        raise InputError(argument, repr(text), f"a number, bare ({next(iter(units))}) or with {' or '.join(units)}")
+    return float(match[1]) * (units[unit] if unit else 1.0)
+
+
+def tolerances(argument: str, text: str | None) -> tuple[float | None, float | None]:
+    """A length [m] and an angle [rad] from ``5mm,1deg`` or ``5mm``; None for what is not given.
+
+    Raises:
+        InputError: it is something else, or negative.
+    """
+    if text is None:
+        return None, None
+    parts = text.split(",")
+    if len(parts) > 2:
+        raise InputError(argument, repr(text), "a length, or a length and an angle, e.g. 5mm,1deg")
+    length = quantity(argument, parts[0], LENGTHS)
+    angle = quantity(argument, parts[1], ANGLES) if len(parts) == 2 else None
+    if length < 0.0 or (angle or 0.0) < 0.0:
+        raise InputError(argument, repr(text), "numbers of at least 0")
+    return length, angle

@@ -1,0 +1,106 @@
+"""`stillreach run`: one scenario, from file to record, picture and summary."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stillreach.cli._complete import complete_law, complete_scenario
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from stillreach.simulate import Run, Scenario
+    from stillreach.simulate.summary import Summary
+
+
+def run(
+    scenario: Annotated[
+        str,
+        typer.Argument(metavar="SCENARIO", help="A scenario file or a ready one.", autocompletion=complete_scenario),
+    ],
+    out: Annotated[Path | None, typer.Option(help="Folder for what is written; by default out/NAME.")] = None,
+    law: Annotated[
+        str | None,
+        typer.Option(help="Another law than the scenario's, e.g. keep-direction.", autocompletion=complete_law),
+    ] = None,
+    fail: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="JOINT[@S][:KIND]",
+            help="One more fault: j4@2 locks j4 after 2 s; kinds are locked, derated=0.3 and runaway=2deg.",
+        ),
+    ] = None,
+    healthy: Annotated[bool, typer.Option("--healthy", help="Leave out the scenario's own faults.")] = False,
+    within: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LENGTH[,ANGLE]",
+            help="How near to its goal the tool has arrived, e.g. 5mm,1deg; by default 1 % of the way.",
+        ),
+    ] = None,
+    plot: Annotated[
+        bool | None, typer.Option("--plot/--no-plot", help="Draw run.png; by default where matplotlib is there.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON and nothing else.")] = False,
+) -> None:
+    """Simulate a scenario: summary, record and picture.
+
+    Writes run.nc (run.npz where the extra netcdf is missing), run.png and summary.json. Exits with 0 when the tool ends
+    at its goal, with 1 when it does not. Ctrl-C keeps what was computed.
+    """
+    from stillreach.cli._exit import CTRL_C, NOT_FINISHED
+    from stillreach.cli._faults import changed
+    from stillreach.cli._records import folder_for, picture, write_record, write_summary
+    from stillreach.cli._summary import facts, print_summary
+    from stillreach.cli._terminal import console, print_json
+    from stillreach.cli._units import tolerances
+
+    allowed = tolerances("--within", within)
+    chosen = changed(scenario, law=law, fail=fail or [], healthy=healthy)
+    folder = folder_for(out, scenario)
+    record, found = simulated(chosen, allowed)
+    written = [write_record(record, folder), write_summary(facts(chosen, record, found), folder)]
+    written += picture(plot, folder / "run.png", lambda: _drawn(chosen, record, found))
+    if as_json:
+        print_json({**facts(chosen, record, found), "files": [str(path) for path in written]})
+    else:
+        print_summary(chosen, record, found)
+        console().print(f"\nwrote {', '.join(map(str, written))}", soft_wrap=True)
+    if found.interrupted:
+        raise typer.Exit(CTRL_C)
+    if not found.finished:
+        raise typer.Exit(NOT_FINISHED)
+
+
+def simulated(scenario: Scenario, allowed: tuple[float | None, float | None]) -> tuple[Run, Summary]:
+    """The run, whole or up to Ctrl-C, and its summary.
+
+    Args:
+        scenario: what to run.
+        allowed: distance [m] and angle [rad] at which the tool has arrived; None: the default.
+
+    Raises:
+        SimulationInterrupted: Ctrl-C before the first tick.
+    """
+    from stillreach.cli._terminal import note
+    from stillreach.errors import SimulationInterrupted
+    from stillreach.simulate import simulate
+    from stillreach.simulate.summary import summary
+
+    try:
+        record = simulate(scenario)
+    except SimulationInterrupted as interrupt:
+        record = interrupt.run
+        if not len(record):
+            raise
+        note(f"interrupted at {record.time[-1]:g} of {scenario.duration:g} s; what was computed is kept")
+    return record, summary(scenario, record, allowed_distance=allowed[0], allowed_angle=allowed[1])
+
+
+def _drawn(scenario: Scenario, record: Run, found: Summary) -> Figure:
+    from stillreach.show.outcome import outcome
+
+    return outcome(scenario, record, found)

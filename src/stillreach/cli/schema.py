@@ -1,0 +1,24 @@
+"""`stillreach schema`: what an editor needs to check and complete scenario files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def schema(
+    out: Annotated[Path | None, typer.Option(help="Write it to this file instead of standard output.")] = None,
+) -> None:
+    """Print the JSON schema of scenario files, for editors."""
+    from stillreach.cli._terminal import console, print_json
+    from stillreach.simulate import scenario_schema
+
+    if out is None:
+        print_json(scenario_schema())
+        return
+    import json
+
+    out.write_text(json.dumps(scenario_schema(), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    console().print(f"wrote {out}", soft_wrap=True)

@@ -1,0 +1,104 @@
+"""What changes during a run, marked in its panels: when joints fail and when they work again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from stillreach.faults import Derated, Fault, Runaway
+from stillreach.simulate import Scenario
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+FAILURE, RECOVERY = "#b3261e", "#2f7d4f"
+ROWS = 3
+"""Labels that would overlap stand in so many rows."""
+LETTER = 0.0125
+"""Width of a letter, relative to a panel's."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A time at which something changes, and what: [s], words, whether for the better."""
+
+    time: float
+    text: str
+    better: bool = False
+
+
+def fault_text(scenario: Scenario, fault: Fault) -> str:
+    """A fault in a few words: ``j4 locked``, ``j6 at 20 %``, ``j2 runs away, 3 deg/s``."""
+    joint = scenario.arm.joint_index(fault.joint)
+    name = scenario.arm.joint_names[joint]
+    if isinstance(fault.kind, Derated):
+        return f"{name} at {100 * fault.kind.fraction:.3g} %"
+    if isinstance(fault.kind, Runaway):
+        slides = bool(scenario.arm.kinds[joint])
+        rate = 1000 * fault.kind.rate if slides else math.degrees(fault.kind.rate)
+        return f"{name} runs away, {rate:.3g} {'mm/s' if slides else 'deg/s'}"
+    return f"{name} locked"
+
+
+def fault_groups(scenario: Scenario) -> list[tuple[str, Fault]]:
+    """Faults in words, those of one kind and time together: ``j2, j4 locked``, each with the first of them."""
+    found: dict[tuple[str, float, float | None], tuple[list[str], Fault]] = {}
+    for fault in scenario.faults:
+        joint, _, what = fault_text(scenario, fault).partition(" ")
+        found.setdefault((what, fault.at, fault.until), ([], fault))[0].append(joint)
+    return [(f"{', '.join(joints)} {what}", fault) for (what, _, _), (joints, fault) in found.items()]
+
+
+def moments(scenario: Scenario, end: float) -> list[Moment]:
+    """What changes up to a time [s], in order; what changes at one time is one moment."""
+    failing: dict[float, list[str]] = {}
+    working: dict[float, list[str]] = {}
+    for text, fault in fault_groups(scenario):
+        if fault.at <= end:
+            failing.setdefault(fault.at, []).append(text)
+    for fault in scenario.faults:
+        if fault.until is not None and fault.until <= end:
+            name = scenario.arm.joint_names[scenario.arm.joint_index(fault.joint)]
+            working.setdefault(fault.until, []).append(name)
+    found = [Moment(time, ", ".join(texts)) for time, texts in failing.items()]
+    for time, names in working.items():
+        found.append(Moment(time, f"{', '.join(names)} work{'s' if len(names) == 1 else ''} again", better=True))
+    return sorted(found, key=lambda moment: moment.time)
+
+
+def mark(ax: Axes, changes: Sequence[Moment], *, label: bool = False) -> None:
+    """Lines at moments in a panel over time; with ``label`` the words above it, in rows where they are close."""
+    low, high = ax.get_xlim()
+    for change, (left, row) in zip(changes, _places(changes, low, high), strict=True):
+        colour = RECOVERY if change.better else FAILURE
+        ax.axvline(change.time, color=colour, linewidth=0.9, linestyle=(0, (4, 2)), zorder=1.5)
+        if label:
+            ax.annotate(
+                change.text,
+                (left, 1.0),
+                (0, 4 + 11 * row),
+                xycoords=("data", "axes fraction"),
+                textcoords="offset points",
+                color=colour,
+                fontsize=8.5,
+            )
+
+
+def label_rows(changes: Sequence[Moment], end: float) -> int:
+    """How many rows of labels stand above a panel that ends at a time [s]."""
+    return 1 + max((row for _, row in _places(changes, 0.0, float(end))), default=-1)
+
+
+def _places(changes: Sequence[Moment], low: float, high: float) -> list[tuple[float, int]]:
+    """Left end [s] and row of each label, so that none overlaps another while there are rows."""
+    free_from = [-math.inf] * ROWS
+    found = []
+    for change in changes:
+        width = LETTER * (high - low) * len(change.text)
+        left = max(min(change.time - width / 2, high - width), low)
+        row = next((k for k in range(ROWS) if left >= free_from[k]), ROWS - 1)
+        free_from[row] = left + width + LETTER * (high - low)
+        found.append((left, row))
+    return found

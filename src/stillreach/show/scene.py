@@ -1,0 +1,75 @@
+"""The arm and the paths of its tool in space: where it was told to go, and where it went."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from stillreach._door import FloatArray
+from stillreach.show import arm3d
+from stillreach.show.moments import FAILURE, moments
+from stillreach.show.style import COLOURS
+from stillreach.simulate import Run, Scenario
+from stillreach.simulate.commanded import Commanded
+from stillreach.status import Health
+
+DRAWN = 5000
+"""A line has about so many points at most."""
+VIEW = {"elev": 20, "azim": -60}
+FILLED = 0.74
+"""How much of its axes a scene fills."""
+
+
+def scene(ax: Any, scenario: Scenario, run: Run, goal: Commanded) -> None:
+    """The arm at the start (pale) and at the end, failed joints red and named, with the commanded path and its own."""
+    ax.computed_zorder = False  # what is drawn later hides what was drawn before
+    failed = np.flatnonzero(run.health[-1] != Health.HEALTHY)
+    arm3d.draw(ax, scenario.arm, run.q[0], labels=False, alpha=0.18)
+    arm3d.draw(ax, scenario.arm, run.q[-1], labels=False, failed=failed.tolist())
+    first, _ = arm3d.stations(scenario.arm, run.q[0])
+    last, _ = arm3d.stations(scenario.arm, run.q[-1])
+    for joint in failed:
+        text = ax.text(*last[joint + 1], f"     {run.joint_names[joint]}", color=FAILURE, fontsize=9, fontweight="bold")
+        text.set_zorder(5)
+    path = run.pose[drawn_ticks(run), :3, 3]
+    commanded_path(ax, goal)
+    arm3d.path(ax, path, color=COLOURS[0], linewidth=1.8, zorder=3, label="path of the tool")
+    for place, moment in enumerate(moments(scenario, run.time[-1])):
+        if not moment.better:
+            tick = min(int(np.searchsorted(run.time, moment.time - 1e-12)), len(run) - 1)
+            label = "a joint fails" if place == 0 else None
+            ax.plot(*run.pose[tick, :3, 3], "x", color=FAILURE, markersize=7, mew=1.8, label=label, ls="none", zorder=4)
+    fit(ax, np.concatenate([first, last, path, goal.poses[:, :3, 3]]))
+    ax.legend(loc="lower left", bbox_to_anchor=(0.15, -0.03), fontsize=8.5, ncols=2)
+
+
+def commanded_path(ax: Any, goal: Commanded) -> None:
+    """The commanded path, dotted, and a ring at its end."""
+    points = goal.poses[:, :3, 3]
+    arm3d.path(ax, points, color="black", linewidth=1.1, linestyle=(0, (1.2, 1.6)), label="commanded path", zorder=3)
+    ax.plot(*points[-1], "o", color="black", fillstyle="none", markersize=7, label="goal", zorder=4)
+
+
+def fit(ax: Any, points: FloatArray) -> None:
+    """One scale on all three axes, around points (k, 3), no side shorter than a third of the longest."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    longest = float(np.max(high - low))
+    half = np.maximum(high - low, longest / 3 if longest > arm3d.LEAST_LENGTH else 0.1) * 0.54
+    middle = (low + high) / 2
+    low, high = middle - half, middle + half
+    ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    x, y, z = high - low
+    # width and height of the box on the page, seen from VIEW, in units of its diagonal
+    page = max(0.87 * x + 0.5 * y, 0.94 * z + 0.17 * x + 0.3 * y) / float(np.linalg.norm(high - low))
+    ax.set_box_aspect(high - low, zoom=FILLED / page)
+    ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
+    ax.view_init(**VIEW)
+    ax.patch.set_alpha(0.0)  # hides nothing of its neighbours
+    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+        axis.set_major_locator(arm3d.round_ticks(high - low))
+
+
+def drawn_ticks(run: Run) -> np.ndarray:
+    """The ticks (K,) that are drawn: all, or of a long run evenly spaced ones and the last."""
+    return np.append(np.arange(0, len(run) - 1, max(1, len(run) // DRAWN)), len(run) - 1)

@@ -1,0 +1,109 @@
+"""Which joint was in which state when, as bars over time."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stillreach.simulate import Run, Scenario
+from stillreach.simulate.held import bound_reasons
+from stillreach.status import Health, Status
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+STATES = {
+    "locked": "#b3261e",
+    "derated": "#e8a33d",
+    "runaway": "#8a3f8f",
+    "at rate limit": "#1b4f8a",
+    "at position limit": "#5f8fc4",
+    "at acceleration limit": "#b9cfe6",
+}
+"""What a joint's bar can say, and its colour."""
+
+FLAGS = (
+    (Status.SINGULAR, "singular"),
+    (Status.DAMPED, "damped"),
+    (Status.SCALED, "slowed down"),
+    (Status.OVER_LIMIT, "over limit"),
+    (Status.NO_WORKING_JOINT, "no joint left"),
+    (Status.FAULT_NOT_COMPENSATED, "not compensated"),
+    (Status.LIMIT_GIVEN_UP, "limit given up"),
+    (Status.ITERATION_LIMIT, "iteration limit"),
+)
+FLAG_COLOUR = "#6d6d6d"
+BAR = 0.72
+NAMED = 16
+"""Of more bars than that only the first and last joint, those that fail and the status flags are named."""
+
+
+def timeline(ax: Axes, scenario: Scenario, run: Run, ticks: np.ndarray) -> None:
+    """A bar for each joint and, below, for each status flag that was raised.
+
+    Args:
+        ax: where to draw.
+        scenario: what was run.
+        run: what happened.
+        ticks: (K,) the ticks to draw, evenly spaced.
+    """
+    from matplotlib.patches import Patch
+
+    codes, time = _joint_codes(scenario, run)[ticks], run.time[ticks]
+    flags = _raised(run)
+    names = [*run.joint_names, *(name for _, name in flags)]
+    used: set[str] = set()
+    for row, name in enumerate(run.joint_names):
+        for code, (state, colour) in enumerate(STATES.items(), start=1):
+            spans = _spans(time, codes[:, row] == code)
+            if spans:
+                used.add(state)
+                ax.broken_barh(spans, (row - BAR / 2, BAR), facecolors=colour, linewidth=0, label=name)
+    for row, (flag, _) in enumerate(flags, start=len(run.joint_names)):
+        spans = _spans(time, (run.status[ticks] & flag.value) != 0)
+        ax.broken_barh(spans, (row - BAR / 2, BAR), facecolors=FLAG_COLOUR, linewidth=0)
+    if flags:
+        ax.axhline(len(run.joint_names) - 0.5, color="0.6", linewidth=0.8)
+    failed = np.flatnonzero(np.any(run.health != Health.HEALTHY, axis=0))
+    _label(ax, names, {0, *failed.tolist(), *range(len(run.joint_names) - 1, len(names))})
+    patches = [Patch(color=STATES[state], label=state) for state in STATES if state in used]
+    if patches:
+        ax.legend(handles=patches, loc="upper left", bbox_to_anchor=(1.02, 1.03), borderaxespad=0.0, handlelength=1.2)
+
+
+def timeline_rows(run: Run) -> int:
+    """Number of bars."""
+    return len(run.joint_names) + len(_raised(run))
+
+
+def _joint_codes(scenario: Scenario, run: Run) -> np.ndarray:
+    """(T, n) 0, or 1 + place in STATES."""
+    reasons = bound_reasons(scenario, run)
+    codes = np.where(reasons > 0, reasons + 3, 0)
+    codes[(codes == 0) & (run.health == Health.DERATED)] = 2
+    codes[run.health == Health.LOCKED] = 1
+    codes[run.health == Health.RUNAWAY] = 3
+    return codes
+
+
+def _raised(run: Run) -> list[tuple[Status, str]]:
+    return [(flag, name) for flag, name in FLAGS if np.any(run.status & flag.value)]
+
+
+def _spans(time: np.ndarray, true: np.ndarray) -> list[tuple[float, float]]:
+    """Begin and length [s] of each stretch of ticks for which something is true; each lasts until the next one."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], true.astype(np.int8), [0]])))
+    until = np.append(time, time[-1])
+    return [(float(time[first]), float(until[end] - time[first])) for first, end in edges.reshape(-1, 2)]
+
+
+def _label(ax: Axes, names: list[str], marked: Collection[int]) -> None:
+    """Names at the bars; of many only those of the marked ones."""
+    ax.set_ylim(len(names) - 0.4, -0.6)
+    shown = range(len(names)) if len(names) <= NAMED else sorted(marked)
+    ax.set_yticks(list(shown), [names[row] for row in shown], fontsize=8.0)
+    ax.tick_params(axis="y", length=0)
+    ax.grid(visible=False, axis="y")
+    ax.set_axisbelow(True)

@@ -1,0 +1,87 @@
+"""Where a scenario's motion leads, and how far from it a run is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stillreach._door import FloatArray
+from stillreach.simulate.motion import Twist, checked_motion
+from stillreach.simulate.path import led_to, stretches
+from stillreach.simulate.rotations import log
+from stillreach.simulate.run import Run
+from stillreach.simulate.scenario import Scenario
+
+LOOKS = 10_000
+"""A longer run is compared with its motion at about so many ticks, evenly spaced."""
+
+
+@dataclass(frozen=True)
+class Commanded:
+    """Where the task's point should be, whatever the arm does.
+
+    Args:
+        ticks: (K,) rising; the first, the last and those between that are looked at.
+        poses: (K, 4, 4) [m] at these ticks.
+    """
+
+    ticks: npt.NDArray[np.int64]
+    poses: FloatArray
+
+    def length(self) -> tuple[float, float]:
+        """Length [m] and angle [rad] of the way."""
+        steps = np.linalg.norm(np.diff(self.poses[:, :3, 3], axis=0), axis=1)
+        turns = log(self.poses[1:, :3, :3] @ np.swapaxes(self.poses[:-1, :3, :3], 1, 2))
+        return float(np.sum(steps)), float(np.sum(np.linalg.norm(turns, axis=1)))
+
+
+def commanded(scenario: Scenario, looks: int = LOOKS) -> Commanded:
+    """Where the motion of a scenario leads, at up to about so many ticks."""
+    stride = max(1, scenario.steps // looks)
+    motion, starts = checked_motion(scenario.motion), scenario.part_starts()
+    T = scenario.task_pose(scenario.start)
+    courses = stretches(motion, starts, scenario.period, T)
+    ends = [min(start, scenario.steps) for start in starts[1:]] + [scenario.steps]
+    ticks, poses = [np.array([0])], [T[None]]
+    for part, (first, end) in enumerate(zip(starts, ends, strict=True)):
+        if first >= end:
+            continue
+        free = part < len(motion) and not isinstance(motion[part], Twist)
+        step = 1 if free and part not in courses else stride  # a function of time is followed tick by tick
+        looked = np.append(np.arange(first, end, step), end)
+        if part in courses:
+            led = courses[part].at(looked.astype(np.float64))[0]
+        else:
+            led = led_to(poses[-1][-1], motion, part, looked * scenario.period)
+        ticks.append(looked[1:])
+        poses.append(led[1:])
+    return Commanded(np.concatenate(ticks), np.concatenate(poses))
+
+
+def deviation(scenario: Scenario, run: Run, goal: Commanded) -> tuple[npt.NDArray[np.int64], FloatArray, FloatArray]:
+    """How far the tool of a run is from where it should be, in the rows of the task.
+
+    Args:
+        scenario: whose task.
+        run: what happened, one tick at least.
+        goal: where it should be.
+
+    Returns:
+        The ticks (K,) that were looked at; distance (K,) [m] and angle (K,) [rad],
+        0 for rows that are no task.
+    """
+    ticks = goal.ticks[goal.ticks < len(run)]  # Ctrl-C may have ended it early
+    actual, wanted = run.pose[ticks], goal.poses[: len(ticks)]
+    shift = wanted[:, :3, 3] - actual[:, :3, 3]
+    turn = log(wanted[:, :3, :3] @ np.swapaxes(actual[:, :3, :3], 1, 2))
+    both = np.stack([shift, turn], axis=1)
+    task = scenario.task
+    assert task is not None
+    if task.frame == "tool":
+        both = both @ actual[:, :3, :3]  # rows times R: components along the tool's axes
+    mask = np.zeros(6)
+    mask[list(task.indices)] = 1.0
+    distances = np.linalg.norm(both * mask.reshape(2, 3), axis=2)
+    return ticks, distances[:, 0], distances[:, 1]

@@ -1,0 +1,175 @@
+"""A course from a table of poses, for example a file."""
+
+from __future__ import annotations
+
+import csv
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from stillreach import _door
+from stillreach._door import FloatArray
+from stillreach.errors import InputError
+from stillreach.simulate.course import Course, Legs, turned_and_shifted
+from stillreach.simulate.profile import RAMP
+from stillreach.simulate.rotations import exp, from_quaternions, from_rpy, log
+from stillreach.simulate.shapes import rising, set_fields
+
+JUMP = 1e-3
+"""[m, rad] how far a table's first pose may be from where the tool is at that time."""
+
+LARGEST_FILE = 64 * 2**20
+
+POSITION = ("x", "y", "z")
+ATTITUDES = {"quaternion": ("qw", "qx", "qy", "qz"), "rpy": ("roll", "pitch", "yaw"), "vector": ("rx", "ry", "rz")}
+COLUMNS = "time, x, y, z, and none or all of qw, qx, qy, qz or roll, pitch, yaw or rx, ry, rz"
+
+
+@dataclass(frozen=True, eq=False)
+class PoseTable(Course):
+    """Poses at given times; between them the point moves on straight lines, the attitude by the shortest turn.
+
+    Args:
+        times: (K,) [s] since the beginning, rising, the first at least 0. Where it is above 0 the course leads to the
+            first pose from wherever the tool is; a table from 0 on begins where the tool is.
+        points: (K, 3) [m] in the base frame.
+        orientations: (K, 3, 3) rotation matrices; None keeps the attitude.
+        relative: points are shifts and orientations are turns from the pose at the beginning, along base axes.
+
+    Raises:
+        InputError: an argument is none of this.
+    """
+
+    times: FloatArray
+    points: FloatArray
+    orientations: FloatArray | None
+    relative: bool
+    duration: float
+
+    def __init__(
+        self,
+        times: npt.ArrayLike,
+        points: npt.ArrayLike,
+        *,
+        orientations: npt.ArrayLike | None = None,
+        relative: bool = False,
+    ) -> None:
+        places = _door.matrix("points", points, (None, 3))
+        moments = rising("times", times, len(places))
+        if len(moments) == 0 or moments[0] < 0.0 or moments[-1] <= 0.0:
+            span = f"{moments[0]:g} to {moments[-1]:g} s" if len(moments) else "no row"
+            raise InputError("times", span, "times from 0 on that end above 0")
+        turns = None if orientations is None else _rotations(orientations, len(places))
+        set_fields(
+            self, times=moments, points=places, orientations=turns, relative=relative, duration=float(moments[-1])
+        )
+
+    @classmethod
+    def from_csv(
+        cls, path: str | os.PathLike[str], *, relative: bool = False, length: float = 1.0, angle: float = 1.0
+    ) -> PoseTable:
+        """Read a table whose first line names its columns: time [s], x, y, z, and an attitude or none.
+
+        An attitude is a quaternion (qw, qx, qy, qz), roll, pitch, yaw as URDF has them, or a rotation vector
+        (rx, ry, rz).
+
+        Args:
+            path: the file, UTF-8, separated by commas.
+            relative: as for PoseTable.
+            length: [m] unit of x, y, z in the file.
+            angle: [rad] unit of its angles.
+
+        Raises:
+            InputError: the file is missing or not such a table; the message names the line.
+        """
+        columns, rows = _read(Path(path))
+        place = {name: k for k, name in enumerate(columns)}
+        attitude = next((kind for kind, names in ATTITUDES.items() if names[0] in place), None)
+        wanted = {"time", *POSITION, *(ATTITUDES[attitude] if attitude else ())}
+        if set(columns) != wanted or len(columns) != len(wanted):
+            raise InputError(str(path), f"the columns {', '.join(columns)[:200]}", COLUMNS)
+        turns = None
+        if attitude:
+            entries = rows[:, [place[name] for name in ATTITUDES[attitude]]]
+            turns = (
+                from_quaternions(str(path), entries)
+                if attitude == "quaternion"
+                else {"rpy": from_rpy, "vector": exp}[attitude](entries * angle)
+            )
+        points = rows[:, [place[name] for name in POSITION]] * length
+        return cls(rows[:, place["time"]], points, orientations=turns, relative=relative)
+
+    def plan(self, T_start: FloatArray) -> Legs:
+        """The legs from a pose (4, 4) [m].
+
+        Raises:
+            InputError: the table begins at time 0 at another pose.
+        """
+        moves = np.tile(np.eye(4), (len(self.points), 1, 1))
+        moves[:, :3, 3] = self.points
+        if self.orientations is not None:
+            moves[:, :3, :3] = self.orientations
+        elif not self.relative:
+            moves[:, :3, :3] = T_start[:3, :3]
+        poses = turned_and_shifted(T_start, moves) if self.relative else moves
+        if self.times[0] > 0.0:
+            return Legs(np.concatenate([[0.0], self.times]), np.concatenate([T_start[None], poses]), "constant", RAMP)
+        shift = float(np.linalg.norm(poses[0, :3, 3] - T_start[:3, 3]))
+        turn = float(np.linalg.norm(log((poses[0, :3, :3] @ T_start[:3, :3].T)[None])))
+        if max(shift, turn) > JUMP:
+            raise InputError(
+                "times",
+                f"a first pose at time 0 that is {shift:.3g} m and {turn:.3g} rad from where the tool is",
+                "the tool's pose, a later time to reach the first pose, or relative=True",
+            )
+        return Legs(self.times, poses, "constant", RAMP)
+
+
+def _rotations(value: npt.ArrayLike, count: int) -> FloatArray:
+    """(count, 3, 3) rotation matrices; InputError otherwise."""
+    R = np.asarray(value)
+    if R.shape != (count, 3, 3):
+        raise InputError("orientations", _door.describe(value), f"rotation matrices ({count}, 3, 3)")
+    for k, matrix in enumerate(R):
+        T = np.eye(4)
+        T[:3, :3] = _door.matrix(f"orientations[{k}]", matrix, (3, 3))
+        _door.pose(f"orientations[{k}]", T)
+    return _door.frozen(R)
+
+
+def _read(path: Path) -> tuple[list[str], FloatArray]:
+    """Names of the columns and the numbers below them."""
+    name = str(path)
+    try:
+        if not path.is_file():
+            raise OSError(0, "a folder or a device" if path.exists() else "no such file")
+        size = path.stat().st_size
+        if size > LARGEST_FILE:
+            raise OSError(0, f"{size / 2**20:.0f} MiB")
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        raise InputError(name, "bytes that are not UTF-8", "a CSV file in UTF-8") from None
+    except OSError as error:
+        expected = f"a CSV file of at most {LARGEST_FILE // 2**20} MiB"
+        raise InputError(name, error.strerror or "a file that cannot be read", expected) from None
+    except ValueError as error:
+        raise InputError(name, str(error), "the path of a CSV file") from None
+    try:
+        table = [(k + 1, row) for k, row in enumerate(csv.reader(lines, skipinitialspace=True)) if row]
+    except csv.Error as error:
+        raise InputError(name, str(error), "a CSV file") from None
+    if len(table) < 2:
+        raise InputError(name, f"{len(table)} lines", f"a line with the columns ({COLUMNS}) and a line for each pose")
+    columns = [column.strip() for column in table[0][1]]
+    rows = np.empty((len(table) - 1, len(columns)))
+    for k, (line, row) in enumerate(table[1:]):
+        try:
+            rows[k] = [float(entry) for entry in row]
+        except ValueError:
+            raise InputError(f"{name}:{line}", ", ".join(row)[:80], f"{len(columns)} numbers") from None
+        if not np.all(np.abs(rows[k]) < 1e12):
+            raise InputError(f"{name}:{line}", ", ".join(row)[:80], "finite numbers below 1e12") from None
+    return columns, rows

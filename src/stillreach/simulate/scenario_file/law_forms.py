@@ -1,0 +1,121 @@
+"""The forms of laws and null motions in a scenario file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Discriminator, Field, Tag
+
+from stillreach.simulate.scenario_file.forms import NotNegative, Positive, Start, Table, by_kind, word_form
+
+
+class LawTable(Table):
+    """What laws have in common."""
+
+    rank_tolerance: Annotated[float, Field(gt=0.0, lt=1.0)] = Field(
+        1e-10, description="Singular values below this, relative to the largest, count as zero."
+    )
+
+
+class LeastErrorLaw(LawTable):
+    """The least task error inside the bounds: the default."""
+
+    kind: Literal["least-error"]
+    max_gain: Annotated[
+        Annotated[Positive, Tag("<number>")] | Annotated[Literal["none"], Tag("<word>")], Discriminator(word_form)
+    ] = Field(10.0, description='Largest joint rate over twist, in weighted units; "none": the bare optimum.')
+
+
+class SingularityRobustLaw(LawTable):
+    """The paper's damped inverse."""
+
+    kind: Literal["singularity-robust"]
+    damping: Annotated[
+        Annotated[NotNegative, Tag("<number>")] | Annotated[Literal["exact", "closed-form"], Tag("<word>")],
+        Discriminator(word_form),
+    ] = Field("exact", description="How the damping is found, or the damping itself in weighted units.")
+    norm: Literal["inf", "2"] = Field("inf", description="Norm of the rates that is limited.")
+
+
+class KeepDirectionLaw(LawTable):
+    """Slower, but never off course."""
+
+    kind: Literal["keep-direction"]
+
+
+class PseudoinverseLaw(LawTable):
+    """The paper's baseline; honours no limits."""
+
+    kind: Literal["pseudoinverse"]
+
+
+LAWS: dict[str, type[Table]] = {
+    "least-error": LeastErrorLaw,
+    "singularity-robust": SingularityRobustLaw,
+    "keep-direction": KeepDirectionLaw,
+    "pseudoinverse": PseudoinverseLaw,
+}
+LawChoice = Annotated[
+    Annotated[LeastErrorLaw, Tag("<least-error>")]
+    | Annotated[SingularityRobustLaw, Tag("<singularity-robust>")]
+    | Annotated[KeepDirectionLaw, Tag("<keep-direction>")]
+    | Annotated[PseudoinverseLaw, Tag("<pseudoinverse>")],
+    by_kind(LAWS),
+]
+
+
+class NullMotionTable(Table):
+    """What null motions have in common."""
+
+    max_rate: Positive | None = Field(
+        None, description="Largest rate asked of any joint [angle/s; length/s for an arm of slides]; none if absent."
+    )
+
+
+GAIN = Field(1.0, description="Gain [1/s].")
+
+
+class ManipulabilityMotion(NullMotionTable):
+    """Away from singularities."""
+
+    kind: Literal["manipulability"]
+    gain: Positive = Field(1.0, description="Gain [rad²/s].")
+
+
+class CentringMotion(NullMotionTable):
+    """Towards the middle of the position limits."""
+
+    kind: Literal["centring"]
+    gain: Positive = GAIN
+
+
+class PostureMotion(NullMotionTable):
+    """Towards a posture."""
+
+    kind: Literal["posture"]
+    q: Start = Field(description="Joint values [angle, or length for slides], all or by name (0 for the others).")
+    gain: Positive = GAIN
+
+
+class RatesMotion(NullMotionTable):
+    """Near given rates."""
+
+    kind: Literal["rates"]
+    rates: Start = Field(
+        description="Joint rates [angle/s, or length/s for slides], all or by name (0 for the others)."
+    )
+
+
+NULL_MOTIONS: dict[str, type[Table]] = {
+    "manipulability": ManipulabilityMotion,
+    "centring": CentringMotion,
+    "posture": PostureMotion,
+    "rates": RatesMotion,
+}
+NullMotionChoice = Annotated[
+    Annotated[ManipulabilityMotion, Tag("<manipulability>")]
+    | Annotated[CentringMotion, Tag("<centring>")]
+    | Annotated[PostureMotion, Tag("<posture>")]
+    | Annotated[RatesMotion, Tag("<rates>")],
+    by_kind(NULL_MOTIONS),
+]

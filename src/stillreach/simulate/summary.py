@@ -1,0 +1,157 @@
+"""A run in a few numbers: did the tool arrive, how far off was it, what held the joints back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stillreach._door import FloatArray
+from stillreach.simulate.commanded import commanded, deviation
+from stillreach.simulate.held import held_back, rate_shares
+from stillreach.simulate.run import Run
+from stillreach.simulate.scenario import Scenario
+from stillreach.status import Status
+
+POSITION_SHARE, ANGLE_SHARE = 0.01, 0.01
+"""A tool has arrived when it ends this near to its goal, relative to the whole way and the whole turn,"""
+POSITION_FLOOR, ANGLE_FLOOR = 1e-3, np.deg2rad(1.0)
+"""or this near: [m] and [rad]."""
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The largest value of something, and when it was [s]."""
+
+    value: float
+    time: float
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What ``summary`` found.
+
+    Args:
+        finished: the run is whole and the tool ends at its goal: neither distance is above what is allowed.
+        interrupted: Ctrl-C ended the run early.
+        end: [s] time of the last tick.
+        linear, angular: whether the task has rows in [m/s], in [rad/s]; what it has not is 0 below.
+        goal_distance, goal_angle: from the tool to where it should be at the end [m, rad], in the rows of the task.
+        allowed_distance, allowed_angle: how much of these still counts as arrived [m, rad].
+        way, turn: length and angle of the commanded motion [m, rad].
+        distance, angle: the farthest from where it should be at the time [m, rad].
+        task_error: the largest weighted norm of what the rates leave undone of the twist asked for.
+        rate: the largest rate as a fraction of its joint's limit, derated where that is; None where no joint has one.
+        rate_joint: whose; a name.
+        rate_value: [rad/s, m/s] that rate.
+        statuses: share of the ticks for each status flag that was raised, 0 to 1, OK included.
+        held: [s] for each joint that was at a bound while it worked, how long at which.
+        singular_values: of the working joints' weighted Jacobian at the end, falling.
+        lost: (lost, rows) unit twists in weighted units that no working joint serves at the end.
+    """
+
+    finished: bool
+    interrupted: bool
+    end: float
+    linear: bool
+    angular: bool
+    goal_distance: float
+    goal_angle: float
+    allowed_distance: float
+    allowed_angle: float
+    way: float
+    turn: float
+    distance: Peak
+    angle: Peak
+    task_error: Peak
+    rate: Peak | None
+    rate_joint: str | None
+    rate_value: float
+    statuses: dict[str, float]
+    held: dict[str, dict[str, float]]
+    singular_values: FloatArray
+    lost: FloatArray
+
+    @property
+    def longest(self) -> tuple[str, str, float] | None:
+        """Joint, bound and time [s] of the joint that was held back longest; None where none was."""
+        spans = [(time, joint, bound) for joint, found in self.held.items() for bound, time in found.items()]
+        if not spans:
+            return None
+        time, joint, bound = max(spans, key=lambda span: span[0])
+        return joint, bound, time
+
+
+def summary(
+    scenario: Scenario, run: Run, *, allowed_distance: float | None = None, allowed_angle: float | None = None
+) -> Summary:
+    """A run of a scenario in a few numbers.
+
+    Args:
+        scenario: what was run.
+        run: what happened; at least one tick.
+        allowed_distance: [m] how far from its goal a tool has arrived; None: 1 % of the way, at least 1 mm.
+        allowed_angle: [rad] likewise; None: 1 % of the turn, at least 1 deg.
+    """
+    rows = scenario.task.indices if scenario.task is not None else range(6)
+    goal = commanded(scenario)
+    way, turn = goal.length()
+    ticks, shift, angle = deviation(scenario, run, goal)
+    near = max(POSITION_SHARE * way, POSITION_FLOOR) if allowed_distance is None else allowed_distance
+    turned = max(ANGLE_SHARE * turn, ANGLE_FLOOR) if allowed_angle is None else allowed_angle
+    rate, joint, value = _largest_rate(scenario, run)
+    sigma, lost = _left_at_end(scenario, run)
+    return Summary(
+        finished=len(run) > scenario.steps and bool(shift[-1] <= near and angle[-1] <= turned),
+        interrupted=bool(run.attrs.get("interrupted", 0)),
+        end=float(run.time[-1]),
+        linear=min(rows) < 3,
+        angular=max(rows) >= 3,
+        goal_distance=float(shift[-1]),
+        goal_angle=float(angle[-1]),
+        allowed_distance=float(near),
+        allowed_angle=float(turned),
+        way=way,
+        turn=turn,
+        distance=_peak(run.time[ticks], shift),
+        angle=_peak(run.time[ticks], angle),
+        task_error=_peak(run.time, run.task_error),
+        rate=rate,
+        rate_joint=joint,
+        rate_value=value,
+        statuses=status_shares(run),
+        held=held_back(scenario, run),
+        singular_values=sigma,
+        lost=lost,
+    )
+
+
+def status_shares(run: Run) -> dict[str, float]:
+    """Share of the ticks for each status flag that was raised, 0 to 1, largest first; OK where none was."""
+    shares = {str(flag.name): float(np.mean((run.status & flag.value) != 0)) for flag in Status if flag}
+    shares["OK"] = float(np.mean(run.status == 0))
+    return dict(sorted(((k, v) for k, v in shares.items() if v > 0.0), key=lambda pair: -pair[1]))
+
+
+def _peak(time: FloatArray, values: FloatArray) -> Peak:
+    place = int(np.argmax(values))
+    return Peak(float(values[place]), float(time[place]))
+
+
+def _largest_rate(scenario: Scenario, run: Run) -> tuple[Peak | None, str | None, float]:
+    """The largest rate against its limit; else against the others."""
+    share = rate_shares(scenario, run)
+    limited = bool(np.any(share))
+    tick, joint = np.unravel_index(np.argmax(share if limited else np.abs(run.rates)), share.shape)
+    peak = Peak(float(share[tick, joint]), float(run.time[tick])) if limited else None
+    return peak, run.joint_names[joint], float(run.rates[tick, joint])
+
+
+def _left_at_end(scenario: Scenario, run: Run) -> tuple[FloatArray, FloatArray]:
+    """Singular values of the working joints at the end, and the twists that none of them serves."""
+    controller = scenario.controller()
+    for fault in sorted(scenario.faults, key=lambda fault: fault.at):  # of two on one joint the later holds
+        if fault.at <= run.time[-1] and (fault.until is None or fault.until > run.time[-1]):
+            controller.fail(fault.joint, fault.kind)
+    out = controller.step(run.q[-1], np.zeros(6))
+    return np.asarray(out.singular_values()), np.asarray(out.lost_directions()).T

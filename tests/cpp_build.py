@@ -1,0 +1,24 @@
+"""The folder that `make cpp-test` builds in, for Python tests that look at what the C++ compiler made."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+BUILD = ROOT / "build" / "cpp"
+
+
+def run(*command: str | Path) -> str:
+    """Output of a command that must succeed."""
+    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    assert done.returncode == 0, f"{command} ended with {done.returncode}:\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+def build_targets(*targets: str) -> Path:
+    """Brings targets up to date (after `make cpp-test` they are) and returns the build folder."""
+    run("cmake", "-S", ROOT, "-B", BUILD, "-G", "Ninja", "-DSTILLREACH_TESTS=ON")
+    run("cmake", "--build", BUILD, "--parallel", "2", "--target", *targets)
+    return BUILD

@@ -1,0 +1,90 @@
+"""A user's mistake is one message with advice and exit code 2; a mistake of stillreach has a traceback and code 3."""
+
+import pytest
+
+from stillreach.simulate import summary
+
+MISTAKES = {
+    "no such scenario": (("run", "paper-exampel-2"), "paper-example-2"),
+    "no such file": (("run", "nowhere/reach.toml"), "nowhere/reach.toml"),
+    "no such law": (("run", "reach.toml", "--law", "last-error"), "did you mean 'least-error'?"),
+    "no such setting": (("run", "reach.toml", "--law", "least-error:gain=2"), "max_gain"),
+    "a setting twice": (("run", "reach.toml", "--law", "least-error:max_gain=2:max_gain=3"), "once"),
+    "a setting out of range": (("run", "reach.toml", "--law", "least-error:max_gain=-1"), "above 0"),
+    "a law twice": (("compare", "reach.toml", "--laws", "least-error,least-error"), "once"),
+    "no such joint": (("run", "reach.toml", "--fail", "j12"), "j1 … j11"),
+    "no such kind of fault": (("run", "reach.toml", "--fail", "j2:hot"), "derated=FRACTION"),
+    "a fault without time": (("run", "reach.toml", "--fail", "j2@"), "JOINT@SECONDS"),
+    "a fault before the start": (("run", "reach.toml", "--fail", "j2@-1"), "0 s or later"),
+    "a fraction above one": (("run", "reach.toml", "--fail", "j2:derated=2"), "0 to 1"),
+    "another unit": (("run", "reach.toml", "--within", "5s"), "mm"),
+    "too many tolerances": (("run", "reach.toml", "--within", "5mm,1deg,1"), "5mm,1deg"),
+    "a negative tolerance": (("run", "reach.toml", "--within", "-5mm"), "at least 0"),
+    "no such arm": (("inspect", "canadarm"), "did you mean 'canadarm2'?"),
+    "an arm without its size": (("inspect", "planar"), "planar7"),
+    "a tip of a built-in arm": (("inspect", "canadarm2", "--tip", "hand"), "--tip"),
+    "another number of values": (("inspect", "canadarm2", "--q", "1,2"), "7 numbers"),
+    "no such joint in values": (("inspect", "canadarm2", "--q", "j8=1"), "j1 … j7"),
+    "a pair without a value": (("inspect", "canadarm2", "--q", "j2=1,5"), "joint=value"),
+    "a value that is no number": (("inspect", "canadarm2", "--q", "j2=much"), "deg"),
+    "a file that is no robot": (("inspect", "reach.toml"), "reach.toml"),
+    "a folder that cannot be made": (("run", "reach.toml", "--out", "reach.toml/out"), "reach.toml"),
+    "a paper's step": (("paper", "--step", "-1", "--out", "p"), "step"),
+}
+
+
+@pytest.mark.parametrize(("arguments", "advice"), MISTAKES.values(), ids=MISTAKES)
+def test_a_mistake_of_the_user_is_told_in_a_message_with_advice(stillreach, arguments, advice):
+    done = stillreach(*arguments)
+    assert done.code == 2
+    assert done.out == ""
+    assert done.err.startswith("stillreach: ")
+    assert advice in done.err
+    assert "Traceback" not in done.err
+
+
+def test_debug_shows_where_it_was_found_wherever_it_stands(stillreach):
+    for arguments in (
+        ("--debug", "run", "reach.toml", "--fail", "j12"),
+        ("run", "reach.toml", "--fail", "j12", "--debug"),
+    ):
+        done = stillreach(*arguments)
+        assert done.code == 2
+        assert "Traceback" in done.err
+        assert "\nstillreach: --fail" in done.err
+
+
+def test_every_mistake_in_a_file_is_told(stillreach, tmp_path):
+    (tmp_path / "bad.toml").write_text('start = [0]\nrobot = { arm = "nasa" }\nmotion = []\nperiods = 1\n')
+    done = stillreach("run", "bad.toml")
+    assert done.code == 2
+    for place in ("periods", "robot.arm", "motion"):
+        assert place in done.err
+
+
+def test_a_robot_file_with_several_ends_names_the_option(stillreach, tmp_path):
+    joint = '<joint name="j{0}" type="revolute"><parent link="a"/><child link="{0}"/><limit velocity="1"/></joint>'
+    links = "".join(f'<link name="{name}"/>' for name in "abc")
+    (tmp_path / "two.urdf").write_text(f'<robot name="r">{links}{joint.format("b")}{joint.format("c")}</robot>')
+    done = stillreach("inspect", "two.urdf")
+    assert done.code == 2
+    assert "try --tip b" in done.err
+
+
+def test_a_mistake_of_stillreach_keeps_its_traceback(stillreach, monkeypatch):
+    monkeypatch.setattr(summary, "status_shares", lambda run: 1 / 0)
+    done = stillreach("run", "reach.toml", "--no-plot")
+    assert done.code == 3
+    assert "ZeroDivisionError" in done.err
+    assert "please report it" in done.err
+
+
+def test_no_memory_is_no_mistake_of_stillreach(stillreach, monkeypatch):
+    def refuse(run):
+        raise MemoryError("Unable to allocate 1.00 TiB")
+
+    monkeypatch.setattr(summary, "status_shares", refuse)
+    done = stillreach("run", "reach.toml", "--no-plot")
+    assert done.code == 2
+    assert "1.00 TiB" in done.err
+    assert "Traceback" not in done.err

@@ -1,0 +1,168 @@
+"""The pictures of runs: what is written on them, and what their bars and lines say."""
+
+from io import BytesIO
+
+import numpy as np
+import pytest
+from matplotlib import colors, image
+
+import stillreach as sr
+from stillreach.show.comparison import comparison
+from stillreach.show.moments import moments
+from stillreach.show.outcome import outcome
+from stillreach.show.scene import drawn_ticks
+from stillreach.show.timeline import STATES
+from stillreach.simulate.summary import summary
+
+FAULTS = [
+    sr.Fault("j4", at=0.4, kind=sr.Locked()),
+    sr.Fault("j2", at=0.4, kind=sr.Locked()),
+    sr.Fault("j6", at=0.8, kind=sr.Derated(0.25), until=1.2),
+    sr.Fault("j9", at=1.5, kind=sr.Runaway(np.deg2rad(3.0))),
+]
+
+
+def scenario(**settings) -> sr.Scenario:
+    start = np.deg2rad([0, -50, 0, -30, 0, 70, 0, 30, 0, 0, 0])
+    motion = sr.Twist([-0.2, 0, 0, 0, 0, 0], duration=2.0)
+    defaults = {"start": start, "motion": motion, "faults": FAULTS, "period": 0.02, "name": "four faults"}
+    return sr.Scenario(arm=sr.arms.nasa_modular(), **{**defaults, **settings})
+
+
+def drawn(of: sr.Scenario):
+    run = sr.simulate(of)
+    return outcome(of, run, summary(of, run)), run
+
+
+def written(figure) -> str:
+    texts = [text.get_text() for ax in figure.axes for text in ax.texts]
+    texts += [text.get_text() for text in figure.texts]
+    return "\n".join(texts)
+
+
+def bars(ax, state: str) -> dict[int, list[tuple[float, float]]]:
+    """Begin and end of the bars of one colour, by row."""
+    found: dict[int, list[tuple[float, float]]] = {}
+    for collection in ax.collections:
+        if np.allclose(collection.get_facecolor()[0], colors.to_rgba(STATES[state])):
+            for path in collection.get_paths():
+                low, high = path.get_extents().min, path.get_extents().max
+                found.setdefault(round((low[1] + high[1]) / 2), []).append((low[0], high[0]))
+    return found
+
+
+def test_moments_are_named_with_their_joints():
+    texts = [(moment.time, moment.text, moment.better) for moment in moments(scenario(), 2.0)]
+    assert texts == [
+        (0.4, "j4, j2 locked", False),
+        (0.8, "j6 at 25 %", False),
+        (1.2, "j6 works again", True),
+        (1.5, "j9 runs away, 3 deg/s", False),
+    ]
+    assert len(moments(scenario(), 0.5)) == 1
+
+
+def test_title_units_moments_and_failed_joints_are_on_the_picture():
+    figure, _ = drawn(scenario())
+    text = written(figure)
+    assert "four faults" in text
+    for words in ("j4, j2 locked", "j6 at 25 %", "j6 works again", "j9 runs away, 3 deg/s"):
+        assert words in text
+    labels = [ax.get_ylabel() for ax in figure.axes]
+    expected = ("off target [mm]", "off target [deg]", "rate [% of limit]", "joints [deg]")
+    assert all(name in labels for name in expected)
+    assert "time [s]" in [ax.get_xlabel() for ax in figure.axes]
+    assert {"x [m]", "y [m]"} <= {ax.get_xlabel() for ax in figure.axes} | {ax.get_ylabel() for ax in figure.axes}
+    names = {name for ax in figure.axes for name in ax.get_legend_handles_labels()[1]}
+    assert {"commanded path", "path of the tool", "goal", "j4 fails", "j9 fails"} <= names
+    scene_texts = {text.get_text().strip() for text in figure.axes[0].texts}
+    assert {"j2", "j4", "j9"} <= scene_texts  # what is broken at the end; j6 works again
+    assert "j6" not in scene_texts
+
+
+def test_bars_begin_and_end_with_the_faults():
+    figure, _ = drawn(scenario())
+    timeline = figure.axes[4]
+    assert bars(timeline, "locked") == {
+        3: [(pytest.approx(0.4), pytest.approx(2.0))],
+        1: [(pytest.approx(0.4), pytest.approx(2.0))],
+    }
+    assert bars(timeline, "runaway") == {8: [(pytest.approx(1.5), pytest.approx(2.0))]}
+    spans = sorted(bars(timeline, "derated").get(5, []) + bars(timeline, "at rate limit").get(5, []))
+    assert spans[0][0] == pytest.approx(0.8)
+    assert spans[-1][1] == pytest.approx(1.2)
+
+
+def test_the_lines_are_those_of_the_run():
+    of = scenario(task=sr.Task(rows="position"))
+    figure, run = drawn(of)
+    off = figure.axes[1].get_lines()[0]
+    goal = run.pose[0, :3, 3] + np.outer(run.time, [-0.2, 0.0, 0.0])
+    np.testing.assert_allclose(off.get_ydata(), 1000 * np.linalg.norm(goal - run.pose[:, :3, 3], axis=1), atol=1e-9)
+    assert "off target [deg]" not in [ax.get_ylabel() for ax in figure.axes]  # the task asks for no attitude
+    lines = {line.get_label(): line.get_ydata() for line in figure.axes[2].get_lines()}
+    np.testing.assert_allclose(lines["j9 fails"], run.rates[:, 8] / np.deg2rad(50.0) * 100, atol=1e-12)
+
+
+def test_slides_are_in_millimetres_and_arms_without_limits_in_their_own_units():
+    arm = sr.Arm([sr.Joint(kind="prismatic"), sr.Joint(), sr.Joint(placement=np.eye(4))])
+    of = sr.Scenario(arm=arm, start=[0, 0, 0], motion=sr.Twist([0, 0, 0.1, 0, 0, 0.1], duration=0.2))
+    figure, run = drawn(of)
+    labels = [ax.get_ylabel() for ax in figure.axes]
+    assert "rate [deg/s, mm/s]" in labels
+    assert "joints [deg, mm]" in labels
+    lines = {line.get_label(): line.get_ydata() for line in figure.axes[3].get_lines()}
+    np.testing.assert_allclose(lines["j1"], 1000 * run.q[:, 0])
+
+
+def test_an_arm_of_thirty_joints_names_those_that_matter():
+    of = sr.Scenario(
+        arm=sr.arms.snake(30),
+        start=np.full(30, 0.1),
+        motion=sr.Twist([0, 0.1, 0, 0, 0, 0], duration=0.5),
+        faults=[sr.Fault("j17", at=0.2)],
+    )
+    figure, _ = drawn(of)
+    names = figure.axes[2].get_legend_handles_labels()[1]
+    assert "j17 fails" in names
+    assert "22 more" in names
+    ticks = [text.get_text() for text in figure.axes[4].get_yticklabels()]
+    assert "j17" in ticks
+    assert len(ticks) < 16
+
+
+def test_long_runs_are_thinned_from_first_to_last():
+    run = sr.simulate(scenario(faults=[], period=0.0001))
+    ticks = drawn_ticks(run)
+    assert (ticks[0], ticks[-1]) == (0, len(run) - 1)
+    assert 4000 < len(ticks) < 12000
+    assert np.all(np.diff(ticks) > 0)
+    short = sr.simulate(scenario(faults=[], period=0.5))
+    assert list(drawn_ticks(short)) == list(range(len(short)))
+
+
+def test_laws_are_told_apart_and_one_that_runs_wild_does_not_set_the_scale():
+    laws = {"least-error": sr.LeastError(), "pseudoinverse": sr.Pseudoinverse()}
+    results = {}
+    for name, law in laws.items():
+        of = scenario(law=law, motion=sr.Twist([0, 0, 4.0, 0, 0, 0], duration=2.0), rate_limits=0.05)
+        run = sr.simulate(of)
+        results[name] = (of, run, summary(of, run))
+    figure = comparison(results)
+    text = written(figure)
+    assert "pseudoinverse reaches" in text
+    assert "four faults" in text
+    rates = next(ax for ax in figure.axes if ax.get_ylabel() == "largest rate [% of its limit]")
+    assert rates.get_ylim()[1] < 200
+    names = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    assert [name.partition(":")[0] for name in names] == list(laws)
+    assert len({line.get_color() for line in rates.get_lines() if len(line.get_xdata()) > 2}) == 2
+
+
+def test_a_picture_of_any_run_can_be_saved():
+    one_tick = scenario(duration=0.001)
+    for of in (one_tick, scenario(faults=[sr.Fault(j) for j in range(11)])):
+        figure, _ = drawn(of)
+        file = BytesIO()
+        figure.savefig(file, format="png", dpi=30)
+        assert np.ptp(image.imread(BytesIO(file.getvalue()))[..., :3]) > 0.5

@@ -1,0 +1,127 @@
+"""The scenarios that come with the package do what their descriptions say."""
+
+import tomllib
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stillreach as sr
+from stillreach.simulate.commanded import commanded
+from stillreach.simulate.rotations import log
+
+FOLDER = Path(sr.__file__).parent / "scenarios"
+ROBOTS_OF_OTHERS = {"panda-elbow": "example-robot-data"}
+OURS = [name for name in sr.scenario_names() if name not in ROBOTS_OF_OTHERS]
+
+
+def text(name):
+    return (FOLDER / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def installed(package):
+    try:
+        return bool(metadata.distribution(package))
+    except metadata.PackageNotFoundError:
+        return False
+
+
+def result(name):
+    """A run, and how far the tool is from where it should be: distance [m] and angle [rad] at each tick."""
+    scenario = sr.Scenario.load(name)
+    run, goal = sr.simulate(scenario), commanded(scenario, looks=10**9).poses
+    shift = np.linalg.norm(goal[:, :3, 3] - run.pose[:, :3, 3], axis=1)
+    turn = np.linalg.norm(log(goal[:, :3, :3] @ np.swapaxes(run.pose[:, :3, :3], 1, 2)), axis=1)
+    return scenario, run, shift, turn
+
+
+def test_there_are_ten_and_the_wheel_holds_their_files():
+    assert len(sr.scenario_names()) == 10
+    assert {path.stem for path in FOLDER.glob("*.toml")} == set(sr.scenario_names())
+    assert (FOLDER / "figure-eight.csv").is_file()
+
+
+@pytest.mark.parametrize("name", sr.scenario_names())
+def test_each_says_what_it_shows(name):
+    content = tomllib.loads(text(name))
+    assert content["name"]
+    assert len(content["description"]) > 80
+    assert content["faults"]
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_each_runs_and_its_bounds_hold(name):
+    scenario, run, _, _ = result(name)
+    assert np.all(run.rates >= run.lower)
+    assert np.all(run.rates <= run.upper)
+    for fault in scenario.faults:
+        if isinstance(fault.kind, sr.Locked):
+            stuck = run.q[scenario.tick_at(fault.at) :, scenario.arm.joint_index(fault.joint)]
+            assert np.all(stuck == stuck[0])
+
+
+@pytest.mark.parametrize("name", sorted(ROBOTS_OF_OTHERS))
+def test_a_robot_that_is_not_ours_is_run_where_its_package_is_installed_and_named_where_not(name):
+    package = ROBOTS_OF_OTHERS[name]
+    assert f"pip install --no-deps {package}" in text(name)
+    if installed(package):
+        scenario = sr.Scenario.load(name)
+        assert scenario.faults[0].joint in scenario.arm.joint_names
+        return
+    with pytest.raises(sr.ScenarioFileError, match=f"pip install --no-deps {package}") as caught:
+        sr.Scenario.load(name)
+    assert [mistake.place for mistake in caught.value.mistakes] == ["robot.urdf"]
+
+
+def test_a_panda_without_its_elbow_keeps_the_position_and_gives_up_the_attitude():
+    if not installed("example-robot-data"):
+        pytest.skip("pip install --no-deps example-robot-data")
+    _, run, shift, turn = result("panda-elbow")
+    before = run.time < 2.0
+    assert np.max(turn[before]) < np.deg2rad(0.2)
+    assert np.max(turn) > np.deg2rad(20)
+    assert np.max(shift) < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("name", "distance", "angle"),
+    [
+        ("paper-example-1", 0.01, 0.2),  # an open loop drifts
+        ("paper-example-2-feedback", 1e-3, 0.05),
+        ("canadarm2-shoulder", 1e-3, 0.05),
+        ("snake-loses-five", 1e-3, 0.05),
+        ("jammed-rail", 1e-3, 0.05),
+        ("figure-eight", 2e-3, 0.2),
+        ("planar-runaway", 2e-3, 180.0),  # the attitude is no part of the task
+    ],
+)
+def test_most_arms_stay_on_their_task_whatever_fails(name, distance, angle):
+    _, _, shift, turn = result(name)
+    assert np.max(shift) < distance
+    assert np.rad2deg(np.max(turn)) < angle
+
+
+def test_the_papers_law_leaves_the_line_in_the_second_example():
+    _, run, shift, _ = result("paper-example-2")
+    assert shift[-1] > 1.0
+    assert np.max(np.abs(run.rates)) <= np.deg2rad(50) * (1 + 1e-12)
+
+
+def test_hot_drives_slow_the_tool_down_and_keep_it_on_the_line():
+    _, run, shift, _ = result("hot-drives")
+    along = np.array([-1.5, -0.8, 0.6])
+    moved = run.pose[:, :3, 3] - run.pose[0, :3, 3]
+    off = moved - np.outer(moved @ along / (along @ along), along)
+    assert np.min(run.scale) < 0.7
+    assert shift[-1] > 0.05
+    assert np.max(np.linalg.norm(off, axis=1)) < 1e-3
+    assert np.all(np.diff(moved @ along) > -1e-6)
+
+
+def test_a_jammed_rail_stops_and_the_arm_makes_up_for_it():
+    _, run, _, _ = result("jammed-rail")
+    assert run.joint_units[0] == "m"
+    assert run.q[300, 0] > 0.4
+    assert np.all(run.rates[300:, 0] == 0.0)
+    assert np.any(run.rates[300:, 1:] != 0.0)

@@ -1,0 +1,61 @@
+"""The JSON schema of scenario files, for editors."""
+
+import json
+import tomllib
+from pathlib import Path
+
+import pytest
+from jsonschema import Draft7Validator
+
+import stillreach as sr
+from tests.unit.simulate.scenario_texts import EIGHT_MISTAKES, PLANAR, planar
+
+FOLDER = Path(sr.__file__).parent / "scenarios"
+
+
+@pytest.fixture(scope="module")
+def validator():
+    schema = json.loads(json.dumps(sr.scenario_schema()))
+    Draft7Validator.check_schema(schema)
+    return Draft7Validator(schema)
+
+
+def fits(validator, text):
+    return validator.is_valid(tomllib.loads(text))
+
+
+@pytest.mark.parametrize("name", sr.scenario_names())
+def test_every_ready_scenario_fits(validator, name):
+    assert fits(validator, (FOLDER / f"{name}.toml").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        EIGHT_MISTAKES,
+        PLANAR.replace("n = 3", "n = 3.5"),
+        PLANAR.replace('arm = "planar"', 'arm = "planer"'),
+        planar(top="lopp = 1"),
+        planar(top="rate_limits = -1"),
+        planar(tables='[[faults]]\njoint = "j1"\nkind = "lost"'),
+        planar(tables='[[faults]]\njoint = "j1"\nkind = "locked"\nrate = 1'),
+        planar(tables='[[motion]]\nkind = "line"\nto = [1, 2]\nduration = 1'),
+        planar(tables='[law]\nkind = "least-error"\nmax_gain = "no"'),
+    ],
+)
+def test_what_has_another_form_does_not_fit(validator, text):
+    assert fits(validator, PLANAR)
+    assert not fits(validator, text)
+
+
+def test_every_key_has_its_meaning_and_its_unit(validator):
+    schema = validator.schema
+    tables = [schema, *schema["definitions"].values()]
+    keys = [(name, entry) for table in tables for name, entry in table["properties"].items()]
+    assert len(keys) > 80
+    assert [name for name, entry in keys if name != "kind" and not entry.get("description")] == []
+    assert all(table.get("description") for table in tables)
+    assert "[s]" in schema["properties"]["period"]["description"]
+    assert "[angle" in schema["properties"]["rate_limits"]["description"]
+    assert '"null"' not in json.dumps(schema)

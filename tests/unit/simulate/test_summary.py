@@ -1,0 +1,159 @@
+"""A run in a few numbers, on arms whose runs are known by hand."""
+
+import numpy as np
+import pytest
+
+import stillreach as sr
+from stillreach.simulate.commanded import commanded, deviation
+from stillreach.simulate.held import held_back, rate_shares
+from stillreach.simulate.path import followed
+from stillreach.simulate.summary import summary
+
+SLIDE = sr.Task(rows=(True, False, False, False, False, False))
+
+
+def rail(**limits) -> sr.Arm:
+    """One slide along x."""
+    return sr.Arm([sr.Joint(kind="prismatic", axis=(1, 0, 0), **limits)])
+
+
+def along(speed: float, **settings) -> sr.Scenario:
+    """The rail told to go along x for 1 s, in 100 ticks."""
+    start, arm = settings.pop("start", [0.0]), settings.pop("arm")
+    motion = sr.Twist([speed, 0, 0, 0, 0, 0], duration=1.0)
+    return sr.Scenario(arm=arm, start=start, motion=motion, task=SLIDE, period=0.01, **settings)
+
+
+def found(scenario: sr.Scenario, **allowed):
+    return summary(scenario, sr.simulate(scenario), **allowed)
+
+
+def test_a_rail_that_is_asked_for_twice_its_rate_gets_half_way():
+    scenario = along(2.0, arm=rail(velocity_limit=1.0))
+    told = found(scenario)
+    assert not told.finished
+    assert told.way == pytest.approx(2.0)
+    assert told.goal_distance == pytest.approx(1.0)
+    assert told.distance.value == pytest.approx(1.0)
+    assert told.distance.time == 1.0
+    assert (told.linear, told.angular) == (True, False)
+    assert told.rate.value == 1.0
+    assert told.rate_joint == "j1"
+    assert told.longest == ("j1", "rate", pytest.approx(1.0))
+
+
+def test_a_rail_at_its_end_is_held_by_its_position_limit():
+    scenario = along(0.5, arm=rail(velocity_limit=1.0, position_limits=(-1.0, 0.25)))
+    told = found(scenario)
+    assert told.held["j1"].keys() == {"position"}
+    assert told.held["j1"]["position"] == pytest.approx(0.5, abs=0.03)
+    assert told.goal_distance == pytest.approx(0.25)
+
+
+def test_a_rail_that_must_speed_up_is_held_by_its_acceleration_limit():
+    scenario = along(0.5, arm=rail(velocity_limit=1.0, acceleration_limit=1.0), law=sr.LeastError(max_gain=None))
+    told = found(scenario)
+    assert told.held["j1"].keys() == {"acceleration"}
+    assert told.held["j1"]["acceleration"] == pytest.approx(0.5, abs=0.02)  # 0.5 m/s at 1 m/s²
+
+
+def test_a_derated_rail_is_held_by_its_rate_and_a_locked_one_by_nothing():
+    derated = along(0.5, arm=rail(velocity_limit=1.0), faults=[sr.Fault("j1", at=0.5, kind=sr.Derated(0.1))])
+    told = found(derated)
+    assert told.held == {"j1": {"rate": pytest.approx(0.5)}}
+    assert told.rate.value == pytest.approx(1.0)  # of the limit that is left
+    assert told.rate_value == pytest.approx(0.1)
+    assert told.goal_distance == pytest.approx(0.5 * (0.5 - 0.1))
+    locked = along(0.5, arm=rail(velocity_limit=1.0), faults=[sr.Fault("j1", at=0.5)])
+    told = found(locked)
+    assert told.held == {}
+    assert told.longest is None
+    assert told.goal_distance == pytest.approx(0.25)
+    assert told.lost.shape == (1, 1)
+    assert told.statuses["NO_WORKING_JOINT"] == pytest.approx(0.5, abs=0.02)
+
+
+def test_a_joint_without_limits_has_no_share_of_one():
+    scenario = along(0.5, arm=rail())
+    told = found(scenario)
+    assert told.rate is None
+    assert told.rate_value == pytest.approx(0.5)
+    assert np.all(rate_shares(scenario, sr.simulate(scenario)) == 0.0)
+    assert held_back(scenario, sr.simulate(scenario)) == {}
+
+
+def test_limits_of_one_side_are_measured_on_that_side():
+    scenario = along(-0.5, arm=rail(), rate_limits=[(-0.5, 10.0)])
+    assert found(scenario).rate.value == pytest.approx(1.0)
+
+
+def test_arrived_is_what_the_user_says_it_is():
+    scenario = along(2.0, arm=rail(velocity_limit=1.0))
+    assert found(scenario, allowed_distance=1.01).finished
+    assert not found(scenario, allowed_distance=0.99).finished
+
+
+def test_lost_directions_are_those_of_the_faults_that_last():
+    faults = [sr.Fault("j1", until=0.5), sr.Fault("j2")]
+    task = sr.Task(rows=(True, True, False, False, False, False))
+    twist = sr.Twist([0.01, 0, 0, 0, 0, 0], duration=1.0)
+    scenario = sr.Scenario(arm=sr.arms.planar(2), start=[0.3, 0.9], motion=twist, task=task, faults=faults)
+    run = sr.simulate(scenario)
+    told = summary(scenario, run)
+    column = scenario.arm.jacobian(run.q[-1])[:2, 0]
+    assert told.lost.shape == (1, 2)
+    assert abs(told.lost[0] @ column) == pytest.approx(0.0, abs=1e-12)
+    assert told.singular_values == pytest.approx([np.linalg.norm(column)])
+
+
+@pytest.mark.parametrize("looks", [7, 50, 10**6])
+def test_the_commanded_path_is_the_same_however_often_it_is_looked_at(looks):
+    parts = [[0.1, 0, 0, 0, 0.3, 0], [0, 0.2, 0, 1.0, 0, 0.5]]
+    motion = [sr.Twist(parts[0], duration=0.5), sr.Twist(parts[1], duration=0.7)]
+    arm = sr.arms.canadarm2()
+    scenario = sr.Scenario(arm=arm, start=np.full(7, 0.3), motion=motion, period=0.01, duration=1.5)
+    path = commanded(scenario, looks)
+    held = [parts[0]] * 50 + [parts[1]] * 70 + [[0] * 6] * 30
+    literal = followed(arm.forward(np.full(7, 0.3)), held, 0.01)
+    assert (path.ticks[0], path.ticks[-1]) == (0, 150)
+    assert np.all(np.diff(path.ticks) > 0)
+    np.testing.assert_allclose(path.poses, literal[path.ticks], atol=1e-12)
+
+
+def test_a_closed_loop_is_told_of_the_same_path():
+    line = [sr.Line(to=[0.2, 0, 0.1], relative=True, duration=0.6), sr.Twist([0, 0, 0.1, 0, 0, 0], duration=0.4)]
+    scenario = sr.Scenario(
+        arm=sr.arms.nasa_modular(), start=np.full(11, 0.2), motion=line, period=0.001, loop="closed", gain=5.0
+    )
+    run = sr.simulate(scenario)
+    _, distance, angle = deviation(scenario, run, commanded(scenario))
+    assert np.max(distance) < 1e-4  # an arm that can do all that it is told leaves it by an Euler step's error only
+    assert np.max(angle) < 1e-4
+
+
+def test_rows_along_the_tool_are_measured_along_the_tool():
+    """The tool turns by a quarter about z; only its own x counts, which then points along the base's y."""
+    arm = sr.Arm([sr.Joint(), sr.Joint(kind="prismatic", axis=(1, 0, 0)), sr.Joint(kind="prismatic", axis=(0, 1, 0))])
+    task = sr.Task(rows=(True, False, False, False, False, False), frame="tool")
+    motion = sr.Twist([0.3, 0.1, 0, 0, 0, 0], duration=1.0)
+    faults = [sr.Fault(joint) for joint in range(3)]
+    scenario = sr.Scenario(arm=arm, start=[np.pi / 2, 1.0, 0.0], motion=motion, task=task, faults=faults)
+    run = sr.simulate(scenario)
+    ticks, distance, angle = deviation(scenario, run, commanded(scenario))
+    np.testing.assert_allclose(distance, 0.1 * run.time[ticks], atol=1e-12)
+    assert np.all(angle == 0.0)
+
+
+def test_an_interrupted_run_has_not_arrived():
+    scenario = along(0.5, arm=rail(velocity_limit=1.0))
+    run = sr.simulate(scenario)
+    arrays = {name: getattr(run, name)[:40] for name in run.__dataclass_fields__ if name not in LABELS}
+    part = sr.Run(**arrays, joint_names=run.joint_names, joint_units=run.joint_units, attrs={"interrupted": 1})
+    told = summary(scenario, part)
+    assert told.interrupted
+    assert not told.finished
+    assert told.end == pytest.approx(0.39)
+    assert told.goal_distance == pytest.approx(0.0, abs=1e-12)
+
+
+LABELS = ("joint_names", "joint_units", "attrs")
