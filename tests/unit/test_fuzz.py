@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from tests.fuzzing import corpus, planted, spoil
+from tests.fuzzing import corpus, planted, spoil, toml
 from tests.fuzzing.campaign import SOUND, Job, campaign
 from tests.fuzzing.targets import KINDS, made, outcome
 
@@ -43,6 +43,12 @@ def test_a_file_is_the_same_in_every_run_and_unlike_the_others(kind):
     assert once == again
     assert len(set(once)) >= 35
     assert sum(data in files for data in once) <= 5
+
+
+def test_numbers_beyond_any_float_are_changed_like_others():
+    content = {"a": 10**400, "b": -(10**400), "c": 1e308}
+    changed = [toml.mutated(random.Random(k), toml.written(content).encode()) for k in range(400)]
+    assert sum(data != toml.written(content).encode() for data in changed) > 300
 
 
 def test_each_way_of_spoiling_bytes_changes_something():
