@@ -36,7 +36,8 @@ def changed(name: str, *, law: str | None = None, fail: list[str], healthy: bool
     faults = () if healthy else tuple(scenario.faults)
     faults += tuple(parse_fault(scenario.arm, text) for text in fail)
     chosen = scenario.law if law is None else parse_law(law, like=scenario.law)
-    return replace(scenario, faults=faults, law=chosen)
+    description = "" if law or fail or healthy else scenario.description  # it tells of what the file says
+    return replace(scenario, faults=faults, law=chosen, description=description)
 
 
 def parse_fault(arm: Arm, text: str) -> Fault:

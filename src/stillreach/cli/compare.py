@@ -110,7 +110,7 @@ def _facts(scenario: Scenario, results: dict[str, Result]) -> dict[str, Any]:
 
 
 def _print(scenario: Scenario, results: dict[str, Result]) -> None:
-    from stillreach.cli._summary import apart, fault_lines
+    from stillreach.cli._summary import apart, beyond_limits, fault_lines
     from stillreach.cli._terminal import console, table
     from stillreach.show.words import tidy
 
@@ -131,6 +131,8 @@ def _print(scenario: Scenario, results: dict[str, Result]) -> None:
         )
     out.print(made)
     out.print("\npeak rate: the largest, in per cent of its joint's limit")
+    if any(beyond_limits(found) for *_, found in results.values()):
+        out.print("           above 100 %: drives cannot follow")
 
 
 def _stem(law: str) -> str:

@@ -48,6 +48,28 @@ def test_an_arm_that_does_not_arrive_exits_with_1_and_says_so(stillreach):
     assert json.loads(stillreach("run", "too-far.toml", "--no-plot", "--json").out)["finished"] is False
 
 
+def test_rates_that_no_drive_follows_are_told_beside_the_verdict(stillreach):
+    slow = ("--fail", "j2@1:derated=0.01", "--fail", "j8@1:derated=0.01", "--no-plot")
+    done = stillreach("run", "reach.toml", "--law", "pseudoinverse", *slow)
+    assert done.code == 0
+    assert "but drives cannot follow" in " ".join(done.out.split())
+    assert "cannot follow" not in stillreach("run", "reach.toml", *slow).out
+    both = stillreach("compare", "reach.toml", "--laws", "least-error,pseudoinverse", *slow).out
+    assert "above 100 %: drives cannot follow" in both
+    assert "cannot follow" not in stillreach("compare", "reach.toml", "--laws", "least-error", *slow).out
+
+
+def test_a_scenario_as_it_stands_is_told_in_its_own_words(stillreach, tmp_path):
+    text = (tmp_path / "reach.toml").read_text()
+    words = "What this\nshows, in two lines."
+    (tmp_path / "told.toml").write_text(f'description = """\n{words}\n\nMore for readers."""\n{text}')
+    out = stillreach("run", "told.toml", "--no-plot").out
+    assert "\nWhat this shows, in two lines.\n\narrived" in out
+    assert "More" not in out
+    for change in (("--law", "keep-direction"), ("--fail", "j2@1"), ("--healthy",)):
+        assert "What this" not in stillreach("run", "told.toml", "--no-plot", *change).out
+
+
 def test_within_moves_the_line_between_arrived_and_not(stillreach):
     off = json.loads(stillreach("run", "too-far.toml", "--no-plot", "--json").out)
     wide = f"{1.01 * off['goal_distance']}m,{1.01 * off['goal_angle']}rad"
