@@ -78,3 +78,5 @@ def test_errors_warnings_slow_files_and_hunger_for_memory_are_found(tmp_path):
 def test_a_crash_or_a_hang_is_found_and_the_rest_is_read(defect, what, tmp_path):
     tally = planted_campaign(defect, 0.06, tmp_path, 8.0)
     assert {what for _, what in tally.failures} == {what}
+    stood = [told(tmp_path, index) for index, _ in tally.failures]
+    assert all(("processor time" in text and "planted.py" in text) is (what == "hang") for text in stood)
