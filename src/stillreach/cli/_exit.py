@@ -62,6 +62,7 @@ def explained(error: Exception) -> str | None:
         detail = f" ({error})" if str(error) else ""
         return f"this needs more memory than there is{detail}; a longer step or a shorter duration needs less"
     if isinstance(error, OSError):
-        place = f"{error.filename}: " if error.filename else ""
+        name = error.filename2 or error.filename  # of two the second is the one that the user knows
+        place = f"{name}: " if name else ""
         return f"{place}{error.strerror or error}"
     return None

@@ -7,6 +7,7 @@ from stillreach.simulate import summary
 MISTAKES = {
     "no such scenario": (("run", "paper-exampel-2"), "paper-example-2"),
     "no such file": (("run", "nowhere/reach.toml"), "nowhere/reach.toml"),
+    "a file that is called otherwise": (("run", "raech.toml"), "did you mean 'reach.toml'?"),
     "no such law": (("run", "reach.toml", "--law", "last-error"), "did you mean 'least-error'?"),
     "no such setting": (("run", "reach.toml", "--law", "least-error:gain=2"), "max_gain"),
     "a setting twice": (("run", "reach.toml", "--law", "least-error:max_gain=2:max_gain=3"), "once"),
@@ -69,6 +70,22 @@ def test_a_robot_file_with_several_ends_names_the_option(stillreach, tmp_path):
     done = stillreach("inspect", "two.urdf")
     assert done.code == 2
     assert "try --tip b" in done.err
+    unknown = stillreach("inspect", "two.urdf", "--tip", "cc")
+    assert "did you mean 'c'?" in unknown.err
+    assert "try" not in unknown.err
+
+
+def test_a_folder_is_called_a_folder(stillreach, tmp_path):
+    for name in ("arm.urdf", "arm.toml", "taken/run.nc"):
+        (tmp_path / name).mkdir(parents=True)
+    robot = stillreach("inspect", "arm.urdf").err
+    assert "'arm.urdf', which is a folder" in robot
+    assert "did you mean" not in robot
+    assert "arm.toml: got a folder" in stillreach("run", "arm.toml").err
+    assert (
+        stillreach("run", "reach.toml", "--no-plot", "--out", "taken").err
+        == "stillreach: taken/run.nc: Is a directory\n"
+    )
 
 
 def test_a_mistake_of_stillreach_keeps_its_traceback(stillreach, monkeypatch):
