@@ -11,11 +11,21 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 
-def console(*, stderr: bool = False) -> Console:
-    """A console that prints text as it is: no markup, no emoji, no colours of its own choice."""
+COLUMNS = 80
+"""What every table fits."""
+
+
+def console(*, stderr: bool = False, width: int | None = None) -> Console:
+    """A console that prints text as it is: no markup, no emoji, no colours of its own choice; as wide as asked for."""
     from rich.console import Console
 
-    return Console(stderr=stderr, highlight=False, emoji=False, markup=False)
+    return Console(stderr=stderr, width=width, highlight=False, emoji=False, markup=False)
+
+
+def print_table(made: Table) -> None:
+    """A table; where the terminal is too narrow for it, that breaks its lines: no number is cut short."""
+    out = console()
+    (out if out.width >= COLUMNS else console(width=COLUMNS)).print(made)
 
 
 def table(*heads: str, right: tuple[int, ...] = (), wrap: tuple[int, ...] = ()) -> Table:

@@ -111,7 +111,7 @@ def _facts(scenario: Scenario, results: dict[str, Result]) -> dict[str, Any]:
 
 def _print(scenario: Scenario, results: dict[str, Result]) -> None:
     from stillreach.cli._summary import apart, beyond_limits, fault_lines
-    from stillreach.cli._terminal import console, table
+    from stillreach.cli._terminal import console, print_table, table
     from stillreach.show.words import tidy
 
     out = console()
@@ -129,7 +129,7 @@ def _print(scenario: Scenario, results: dict[str, Result]) -> None:
             "no limit" if found.rate is None else f"{tidy(100 * found.rate.value)} %",
             style=None if found.finished else "red",
         )
-    out.print(made)
+    print_table(made)
     out.print("\npeak rate: the largest, in per cent of its joint's limit")
     if any(beyond_limits(found) for *_, found in results.values()):
         out.print("           above 100 %: drives cannot follow")

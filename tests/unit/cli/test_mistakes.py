@@ -7,7 +7,10 @@ from stillreach.simulate import summary
 MISTAKES = {
     "no such scenario": (("run", "paper-exampel-2"), "paper-example-2"),
     "no such file": (("run", "nowhere/reach.toml"), "nowhere/reach.toml"),
-    "a file that is called otherwise": (("run", "raech.toml"), "did you mean 'reach.toml'?"),
+    "a file that is called otherwise": (
+        ("run", "raech.toml"),
+        "stillreach: raech.toml: got no such file, expected a scenario file (TOML, UTF-8) (did you mean 'reach.toml'?)",
+    ),
     "no such law": (("run", "reach.toml", "--law", "last-error"), "did you mean 'least-error'?"),
     "no such setting": (("run", "reach.toml", "--law", "least-error:gain=2"), "max_gain"),
     "a setting twice": (("run", "reach.toml", "--law", "least-error:max_gain=2:max_gain=3"), "once"),

@@ -186,3 +186,17 @@ def test_what_is_printed_fits_80_columns_without_colours(stillreach):
         lines = [line for line in printed.splitlines() if not line.startswith("wrote ")]
         assert max(map(len, lines)) <= 80
         assert "\x1b" not in printed
+
+
+@pytest.mark.parametrize("columns", ["20", "47"])
+def test_a_narrow_terminal_breaks_lines_and_cuts_no_number_short(stillreach, monkeypatch, columns):
+    commands = [("compare", "too-far.toml", "--no-plot", "--laws", "least-error,keep-direction")]
+    for command in (*commands, ("inspect", "canadarm2"), ("doctor",), ("arms",)):
+        monkeypatch.setenv("COLUMNS", "80")
+        wide = stillreach(*command).out.split()
+        monkeypatch.setenv("COLUMNS", columns)
+        assert stillreach(*command).out.split() == wide
+    narrow = stillreach("run", "reach.toml", "--no-plot").out
+    monkeypatch.setenv("COLUMNS", "80")
+    wide = stillreach("run", "reach.toml", "--no-plot").out
+    assert sorted("".join(narrow.split())) == sorted("".join(wide.split()))

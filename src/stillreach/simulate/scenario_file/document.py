@@ -98,6 +98,8 @@ def _text(path: Path, name: str) -> str:
             raise OSError(0, "a folder" if path.is_dir() else "no regular file")
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
+    except ScenarioFileError:
+        raise
     except OSError as error:
         raise _unreadable(name, error.strerror or "a file that cannot be read", expected) from None
     except ValueError as error:
