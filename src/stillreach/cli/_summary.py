@@ -137,7 +137,7 @@ def fault_lines(scenario: Scenario) -> list[str]:
     from stillreach.show.moments import fault_groups
 
     lines = []
-    for text, fault in fault_groups(scenario):
+    for text, fault in fault_groups(scenario, scenario.arm.joint_names):
         since = f"from {fault.at:g} s on" if fault.at else "from the start"
         lines.append(f"{text} {since}{'' if fault.until is None else f', until {fault.until:g} s'}")
     return lines or ["none"]

@@ -124,7 +124,7 @@ def _joint_table(arm: Arm) -> Table:
     from stillreach.cli._terminal import table
     from stillreach.show.words import shown
 
-    made = table("joint", "kind", "axis at zero", "range", "rate limit", right=(4,))
+    made = table("joint", "kind", "axis at zero", "range", "rate limit", right=(4,), wrap=(0,))
     for joint, axis, unit in zip(arm.joints, _axes(arm), (_unit(arm, i) for i in range(arm.n)), strict=True):
         rate = "none" if joint.velocity_limit == float("inf") else shown(joint.velocity_limit, unit, rate=True)
         made.add_row(str(joint.name), joint.kind, _axis(axis), _range(joint.position_limits, unit), rate)
@@ -136,7 +136,7 @@ def _lock_table(arm: Arm, found: Insight) -> Table:
     from stillreach.cli._terminal import table
     from stillreach.show.words import shown
 
-    made = table("joint", "locked at", "smallest σ", "left", "typical", "lost", right=(1, 2, 3, 4), wrap=(5,))
+    made = table("joint", "locked at", "smallest σ", "left", "typical", "lost", right=(1, 2, 3, 4), wrap=(0, 5))
     for i, lock in enumerate(found.locks):
         lost = "; ".join(direction(twist) for twist in lock.lost)
         smallest = lock.singular_values[found.rank - 1] if lock.rank >= found.rank else 0.0
