@@ -12,6 +12,8 @@ USER = 2
 BUG = 3
 """A mistake of stillreach."""
 CTRL_C = 130
+BROKEN_PIPE = 141
+"""Nobody reads the output any more: 128 and the number of SIGPIPE, as of programs that this signal ends."""
 
 BUG_TEXT = (
     "stillreach: this is a mistake in stillreach, not in what you asked for; please report it with the lines above"
