@@ -87,4 +87,4 @@ def test_the_exit_codes_are_those_of_the_page() -> None:
     from stillreach.cli import _exit
 
     told = {int(code) for code in re.findall(r"^\| (\d+) \|", PAGE, re.MULTILINE)}
-    assert told == {_exit.DONE, _exit.NOT_FINISHED, _exit.USER, _exit.BUG, _exit.CTRL_C}
+    assert told == {_exit.DONE, _exit.NOT_FINISHED, _exit.USER, _exit.BUG, _exit.CTRL_C, _exit.BROKEN_PIPE}
