@@ -115,7 +115,7 @@ def _print(scenario: Scenario, results: dict[str, Result]) -> None:
     from stillreach.show.words import tidy
 
     out = console()
-    out.print(scenario.name or scenario.arm.name, style="bold")
+    out.print(scenario.name, style="bold")
     out.print(f"{scenario.arm.name}, {scenario.steps + 1} ticks of {1000 * scenario.period:g} ms; faults: ", end="")
     out.print(f"{'; '.join(fault_lines(scenario))}\n")
     made = table("law", "arrived", "ends off by", "farthest off", "peak rate", right=(2, 3, 4), wrap=(0,))

@@ -200,3 +200,12 @@ def test_a_narrow_terminal_breaks_lines_and_cuts_no_number_short(stillreach, mon
     monkeypatch.setenv("COLUMNS", "80")
     wide = stillreach("run", "reach.toml", "--no-plot").out
     assert sorted("".join(narrow.split())) == sorted("".join(wide.split()))
+
+
+def test_a_scenario_without_a_name_is_called_after_its_file_and_an_arm_at_rest_has_limits(stillreach, tmp_path):
+    text = (tmp_path / "reach.toml").read_text().replace('name = "reach"', "").replace("[-0.1, 0, 0", "[0, 0, 0")
+    (tmp_path / "rest.toml").write_text(text)
+    done = stillreach("run", "rest.toml", "--no-plot")
+    assert done.out.startswith("rest\nnasa_modular, LeastError, ")
+    assert "0 % of its limit" in done.out
+    assert stillreach("compare", "rest.toml", "--no-plot").out.startswith("rest\nnasa_modular, ")
