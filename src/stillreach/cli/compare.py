@@ -116,8 +116,8 @@ def _print(scenario: Scenario, results: dict[str, Result]) -> None:
 
     out = console()
     out.print(scenario.name, style="bold")
-    out.print(f"{scenario.arm.name}, {scenario.steps + 1} ticks of {1000 * scenario.period:g} ms; faults: ", end="")
-    out.print(f"{'; '.join(fault_lines(scenario))}\n")
+    ticks = f"{scenario.steps + 1} ticks of {1000 * scenario.period:g} ms"
+    out.print(f"{scenario.arm.name}, {ticks}; faults: {'; '.join(fault_lines(scenario))}\n")
     made = table("law", "arrived", "ends off by", "farthest off", "peak rate", right=(2, 3, 4), wrap=(0,))
     for name, (_, _, found) in results.items():
         arrived = "broken off" if found.interrupted else "yes" if found.finished else "NO"
