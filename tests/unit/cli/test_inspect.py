@@ -98,3 +98,11 @@ def test_a_joint_with_a_long_name_takes_no_room_from_the_numbers(stillreach, tmp
     done = stillreach("inspect", "long.urdf")
     assert done.out.count(" 4 deg/s\n") == 7
     assert max(map(len, done.out.splitlines())) <= 80
+
+
+def test_held_joints_are_told_one_by_one_or_with_commas(stillreach, tmp_path):
+    (tmp_path / "arm.urdf").write_text(sr.arms.canadarm2().to_urdf())
+    one = stillreach("inspect", "arm.urdf", "--json", "--fixed", "j1=90deg", "--fixed", "j3=0.2").out
+    other = stillreach("inspect", "arm.urdf", "--json", "--fixed", "j1=90deg, j3=0.2").out
+    assert json.loads(one) == json.loads(other)
+    assert [joint["name"] for joint in json.loads(one)["joints"]] == ["j2", "j4", "j5", "j6", "j7"]

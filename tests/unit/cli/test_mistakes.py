@@ -20,6 +20,11 @@ MISTAKES = {
     "no such kind of fault": (("run", "reach.toml", "--fail", "j2:hot"), "derated=FRACTION"),
     "a fault without time": (("run", "reach.toml", "--fail", "j2@"), "JOINT@SECONDS"),
     "a fault before the start": (("run", "reach.toml", "--fail", "j2@-1"), "0 s or later"),
+    "a fraction that is no number": (("run", "reach.toml", "--fail", "j2:derated=x"), "got 'x', expected a number\n"),
+    "a held joint that is no number": (
+        ("inspect", "canadarm2", "--fixed", "a=x"),
+        "expected a number, bare or with rad or deg or m or mm or cm or in\n",
+    ),
     "a fraction above one": (("run", "reach.toml", "--fail", "j2:derated=2"), "0 to 1"),
     "another unit": (("run", "reach.toml", "--within", "5s"), "mm"),
     "too many tolerances": (("run", "reach.toml", "--within", "5mm,1deg,1"), "5mm,1deg"),
