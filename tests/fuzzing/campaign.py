@@ -21,6 +21,8 @@ SLOW = 1.0
 """[s] of processor time that a call about a file may take."""
 SILENCE = 60.0
 """[s] without a report after which a process is ended."""
+GRACE = 5.0
+"""[s] that it has then to report: a machine that was asleep wakes up with the silence over."""
 MEMORY = 2 * 2**30
 """[bytes] that reading may take on top of what is there at the start."""
 REPORTED = 1.0
@@ -129,7 +131,7 @@ def reports(pipe, first, later):
     """What a worker reports, until it ends, crashes or is silent for too long [s]: the first time, and later."""
     silence = first
     with contextlib.suppress(EOFError):
-        while pipe.poll(silence):
+        while pipe.poll(silence) or pipe.poll(GRACE):
             yield pipe.recv()
             silence = later
 

@@ -21,10 +21,10 @@ def assignments(option: str, texts: list[str]) -> dict[str, float]:
         InputError: a text is no such pair, or names a joint for the second time.
     """
     found: dict[str, float] = {}
-    for text in [pair for text in texts for pair in _pairs(text)]:
-        joint, equals, value = text.partition("=")
+    for pair in [pair for text in texts for pair in _pairs(text)]:
+        joint, equals, value = pair.partition("=")
         if not (joint and equals):
-            raise InputError(option, repr(text), "joint=value, e.g. panda_finger_joint1=0.04 or j4=-90deg")
+            raise InputError(option, repr(pair), "joint=value, e.g. panda_finger_joint1=0.04 or j4=-90deg")
         if joint in found:
             raise InputError(option, f"joint {joint!r} twice", "each joint once")
         found[joint] = quantity(f"{option} {joint}", value, ANY_UNIT)
