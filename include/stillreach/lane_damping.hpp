@@ -15,9 +15,10 @@ inline void jacobi(Mask where, Pack (*triangle)[M]) {
     for (int r = 4; r < M; ++r) part[r - 4] = madd(a[r], b[r], part[r - 4]);
     return (part[0] + part[2]) + (part[1] + part[3]);
   };
+  static constexpr Tournament pairs = tournament();
   for (int sweep = 0; sweep < kSweeps && any(where); ++sweep) {
     Mask restless = no_lane();
-    for (const auto& round : kTournament) {
+    for (const auto& round : pairs.rounds) {
       Rotations turn[3] = {};
       Mask here = no_lane();
       STILLREACH_UNROLL for (int i = 0; i < 3; ++i) {

@@ -8,8 +8,12 @@ STILLREACH_BEGIN
 
 constexpr int kSweeps = 30;
 // Every pair of six columns once: five rounds of three that do not wait for each other.
-constexpr signed char kTournament[5][3][2] = {{{0, 1}, {2, 3}, {4, 5}}, {{0, 2}, {1, 4}, {3, 5}}, {{0, 4}, {1, 3}, {2, 5}},
-                                              {{0, 5}, {1, 2}, {3, 4}}, {{0, 3}, {1, 5}, {2, 4}}};
+struct Tournament {
+  signed char rounds[5][3][2];
+};
+STILLREACH_INLINE constexpr Tournament tournament() {
+  return {{{{0, 1}, {2, 3}, {4, 5}}, {{0, 2}, {1, 4}, {3, 5}}, {{0, 4}, {1, 3}, {2, 5}}, {{0, 5}, {1, 2}, {3, 4}}, {{0, 3}, {1, 5}, {2, 4}}}};
+}
 
 struct Rotations {
   Mask here;   // where the columns are not orthogonal

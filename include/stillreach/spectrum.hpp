@@ -26,9 +26,10 @@ inline void jacobi(double (*triangle)[kStride], double (*right)[kStride]) {
   if (right)
     for (int j = 0; j < kRows; ++j)
       for (int r = 0; r < kStride; ++r) right[j][r] = r == j ? 1.0 : 0.0;
+  static constexpr Tournament pairs = tournament();
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     Mask restless = no_lane();
-    for (const auto& round : kTournament) {  // its three pairs of columns in the lanes of a pack
+    for (const auto& round : pairs.rounds) {  // its three pairs of columns in the lanes of a pack
       Pack pp[4] = {}, qq[4] = {}, pq[4] = {};
       for (int i = 0; i < 3; ++i) {
         const double *P = triangle[round[i][0]], *Q = triangle[round[i][1]];
