@@ -4,6 +4,7 @@
 #pragma once
 
 #include "spectrum.hpp"
+#include "types.hpp"
 
 STILLREACH_BEGIN
 

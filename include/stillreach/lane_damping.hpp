@@ -18,25 +18,18 @@ inline void jacobi(Mask where, Pack (*triangle)[M]) {
   static constexpr Tournament pairs = tournament();
   for (int sweep = 0; sweep < kSweeps && any(where); ++sweep) {
     Mask restless = no_lane();
-    for (const auto& round : pairs.rounds) {
-      Rotations turn[3] = {};
-      Mask here = no_lane();
-      STILLREACH_UNROLL for (int i = 0; i < 3; ++i) {
-        if (round[i][0] >= M || round[i][1] >= M) continue;
-        const Pack *P = triangle[round[i][0]], *Q = triangle[round[i][1]];
-        turn[i] = rotations(product(P, P), product(Q, Q), product(P, Q), where);
-        here |= turn[i].here, restless |= turn[i].large;
-      }
-      if (!any(here)) continue;
-      STILLREACH_UNROLL for (int i = 0; i < 3; ++i) {
-        if (round[i][0] >= M || round[i][1] >= M) continue;
-        Pack *P = triangle[round[i][0]], *Q = triangle[round[i][1]];
+    for (const auto& round : pairs.rounds)
+      for (const auto& pair : round) {
+        if (pair[0] >= M || pair[1] >= M) continue;
+        Pack *P = triangle[pair[0]], *Q = triangle[pair[1]];
+        const Rotations turn = rotations(product(P, P), product(Q, Q), product(P, Q), where);
+        if (!any(turn.here)) continue;
+        restless |= turn.large;
         for (int r = 0; r < M; ++r) {
           const Pack a = P[r], b = Q[r];
-          P[r] = madd(turn[i].c, a, -(turn[i].s * b)), Q[r] = madd(turn[i].s, a, turn[i].c * b);
+          P[r] = madd(turn.c, a, -(turn.s * b)), Q[r] = madd(turn.s, a, turn.c * b);
         }
       }
-    }
     where &= restless;
   }
 }

@@ -45,6 +45,14 @@ inline Mask finish_singularity_robust(const LawSettings& law, const LaneProblem&
     }
     const Pack size = law.norm == NORM_2 ? square_root(square) : largest;
     const Mask damped = ~(size <= broadcast(1.0 + kLimitSlack)) & good;
+    if (s.even && !any(damped)) {  // nothing to clip but rounding, no side to look at
+      for (int j = 0; j < s.k; ++j) {
+        const int i = s.joint[j];
+        const Pack raw = s.scale[j] * s.z[j], rate = select(is_finite(raw), raw, zero_pack());
+        out.rates[i] = select(s.works[j], clamp(rate, p.lower[i], p.upper[i]), out.rates[i]);
+      }
+      return good;
+    }
     if (any(damped)) {
       Mask chosen = no_lane();
       if (deep && law.norm == NORM_INF)

@@ -29,6 +29,7 @@ struct LaneSystem {
   int k;
   bool alike;      // each of them works in every lane
   bool moves;      // some fixed joint moves
+  bool even;       // working joints' bounds are the same on both sides (known to the damping laws)
   Pack working;    // how many work, lane by lane
   int* joint;      // k
   Mask* works;     // k
@@ -98,8 +99,10 @@ STILLREACH_INLINE void right_hand_side(const LaneProblem& p, LaneSystem& s) {
 inline void scale_by_extent(const LaneProblem& p, LaneSystem& s) {
   const auto in_joint_units = [&](int i, Pack extent) { return p.metric.units ? extent / broadcast(p.metric.units[i]) : extent; };
   Pack reference = zero_pack();
+  s.even = true;
   for (int j = 0; j < s.k; ++j) {
     const int i = s.joint[j];
+    s.even &= !any(s.works[j] & (p.upper[i] != -p.lower[i]));
     const Pack e = in_joint_units(i, larger(p.upper[i], -p.lower[i]));
     reference = select(s.works[j] & (e < broadcast(infinity())) & (e > reference), e, reference);
   }

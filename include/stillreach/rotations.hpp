@@ -25,8 +25,9 @@ struct Rotations {
 // by more than that, relative to the smaller one, what the sweep leaves is their product: below the rounding.
 STILLREACH_INLINE Rotations rotations(Pack pp, Pack qq, Pack pq, Mask where) {
   const Pack square = pq * pq, both = pp * qq, d = qq - pp, twice = pq + pq;
-  Rotations turn;
+  Rotations turn{};
   turn.here = where & (square > larger(broadcast(1e-31) * both, broadcast(1e-290)));
+  if (!any(turn.here)) return turn;
   // tan = sign(d) 2 p'q / (|d| + sqrt(d^2 + 4 p'q^2))
   const Pack below = magnitude(d) + square_root(madd(d, d, twice * twice));
   const Pack inverse = broadcast(1.0) / square_root(madd(below, below, twice * twice));
