@@ -103,10 +103,16 @@ def beside_path(scenario: Scenario, run: Run, goal: Commanded) -> float:
 
 def _nearest(points: FloatArray) -> float:
     """Distance from the origin to the line through points (K, 3) in their order."""
-    start, step = points[:-1], np.diff(points, axis=0)
-    length = np.sum(step * step, axis=1)
-    share = np.clip(-np.sum(start * step, axis=1) / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
-    return float(np.min(np.linalg.norm(start + share[:, None] * step, axis=1)))
+    start, step = points[:-1], points[1:] - points[:-1]
+    length, along = _dot(step, step), _dot(start, step)
+    share = np.clip(-along / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
+    nearest = start + share[:, None] * step
+    return float(np.sqrt(np.min(_dot(nearest, nearest))))
+
+
+def _dot(one: FloatArray, other: FloatArray) -> FloatArray:
+    """(K,) row by row; quicker than a sum along short rows."""
+    return np.asarray(np.einsum("kx,kx->k", one, other))
 
 
 def _along_tool(scenario: Scenario) -> bool:
