@@ -34,7 +34,7 @@ struct Scratch {
     const std::size_t wanted = kernel().workspace_doubles(n, full_joint_weight);
     if (doubles.size() < wanted) doubles.resize(wanted);
     if (ints.size() < 3u * n) ints.resize(3u * n);
-    if (bytes.size() < 2u * n) bytes.resize(2u * n);
+    if (bytes.size() < 3u * n) bytes.resize(3u * n);
   }
   stillreach::Memory memory() { return {doubles.data(), ints.data(), bytes.data()}; }
 };

@@ -52,7 +52,7 @@ STILLREACH_INLINE bool joint_bounds(ControllerState& c, int i, double q) {
   if (slowest > upper + slack) {
     lower = upper, c.lower_reason[i] = c.upper_reason[i], kept = false;
   } else if (fastest < lower - slack) {
-    upper = lower, c.upper_reason[i] = c.lower_reason[i], kept = false;
+    upper = lower, c.upper_reason[i] = static_cast<std::int8_t>(-c.lower_reason[i]), kept = false;  // negative: at its lower bound
   } else {
     if (slowest > lower) lower = smaller(slowest, upper), c.lower_reason[i] = ACCELERATION;
     if (fastest < upper) upper = larger(fastest, lower), c.upper_reason[i] = ACCELERATION;

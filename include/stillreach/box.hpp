@@ -13,6 +13,7 @@ constexpr int kMaxReleases = 4;
 constexpr int kNever = 100;         // a release count: freeing this variable led straight back to its bound
 constexpr double kInside = 1e-12;   // relative slack of a free variable at its bound
 constexpr double kRounding = 4e-15; // relative error that a residual may have
+constexpr double kDependent = 1e-14; // part of the largest singular value that is rounding of the columns
 constexpr double kDescent = 1e-13;  // relative change of an objective that counts
 
 struct Box {
@@ -23,6 +24,7 @@ struct Box {
   const double* upper;    // k
   double kappa;
   double threshold;       // of singular values: relative where >= 0, else absolute (its negative)
+  double dependent;       // absolute: below it singular values of free columns are rounding
   const double* weight;   // k x k: W, or null for the identity
   double* whitened;       // 6 k and
   double* triangle;       // k x k numbers where there is a weight
@@ -34,7 +36,9 @@ struct Box {
   int* index;             // k
   int* releases;          // k
   int iterations;         // factorisations
+  double safe;            // condition number of a Gram matrix up to which rounding decides nothing
   bool capped;            // the bound on the steps was met
+  bool doubtful;          // rounding may have decided
   double residual[kStride]; // b - A z
 };
 
@@ -67,8 +71,18 @@ STILLREACH_INLINE bool lower_than(const Objective& a, const Objective& b, double
   return a.error <= b.error + slack && a.norm < b.norm * (1.0 - kDescent);
 }
 
+// Careful: by singular values in any case.
+template <int M, bool Careful>
+STILLREACH_INLINE void solve_columns(Rows<M> m, const double* columns, const int* index, int count, const double* rhs, const Box& b,
+                                     double* z, Inner& in) {
+  if (Careful)
+    solve_spectral(m, columns, index, count, rhs, b.kappa, b.threshold, b.work, z, in);
+  else
+    solve_inner(m, columns, index, count, rhs, b.kappa, b.threshold, b.work, z, in);
+}
+
 // The free variables under a full weight: whitened by its Cholesky factor, moved by what the fixed ones pull.
-template <int M>
+template <int M, bool Careful>
 inline void solve_free_weighted(Rows<M> m, Box& b, double* rest, int free, Inner& in) {
   double* pull = b.target;
   factor_weight(b.k, b.weight, b.index, free, b.triangle);
@@ -84,13 +98,13 @@ inline void solve_free_weighted(Rows<M> m, Box& b, double* rest, int free, Inner
   for (int j = 0; j < free; ++j)
     for (int r = 0; r < m(); ++r) rest[r] = madd(-b.whitened[j * kStride + r], pull[j], rest[r]);
   double* z = b.work + kRows * b.k;  // behind what the QR needs
-  solve_inner(m, b.whitened, nullptr, free, rest, b.kappa, b.threshold, b.work, z, in);
+  solve_columns<M, Careful>(m, b.whitened, nullptr, free, rest, b, z, in);
   for (int j = 0; j < free; ++j) b.target[j] = pull[j] + z[j];
   solve_triangle(free, b.triangle, true, 1, b.target);
 }
 
 // Solves for the free variables; target[j] belongs to index[j].
-template <int M>
+template <int M, bool Careful = false>
 inline int solve_free(Rows<M> m, Box& b, const double* rhs, Inner& in) {
   double rest[kStride];
   int free = 0;
@@ -107,9 +121,9 @@ inline int solve_free(Rows<M> m, Box& b, const double* rhs, Inner& in) {
   store(rest, low), store(rest + 4, high);
   if (free > 0) {
     if (b.weight)
-      solve_free_weighted(m, b, rest, free, in);
+      solve_free_weighted<M, Careful>(m, b, rest, free, in);
     else
-      solve_inner(m, b.columns, b.index, free, rest, b.kappa, b.threshold, b.work, b.target, in);
+      solve_columns<M, Careful>(m, b.columns, b.index, free, rest, b, b.target, in);
     ++b.iterations;
   } else {
     for (int r = 0; r < kStride; ++r)
@@ -176,7 +190,7 @@ inline void advance(Rows<M> m, Box& b, const double* rhs, int free, bool first, 
 
 // The fixed variable whose release lowers the objective most, or -1. wanted: one was wanted that may not move again.
 template <int M>
-inline int choose_release(Rows<M> m, const Box& b, const Inner& in, double rhs_size, bool& wanted) {
+inline int choose_release(Rows<M> m, Box& b, const Inner& in, double rhs_size, bool& wanted) {
   double size = rhs_size;  // residuals are known to a rounding error of this
   for (int i = 0; i < b.k; ++i) size = larger(size, magnitude(b.z[i]) * b.length[i]);
   // How orthogonal the residual came out to the free columns tells how well it is known.
@@ -202,7 +216,7 @@ inline int choose_release(Rows<M> m, const Box& b, const Inner& in, double rhs_s
     if (magnitude(primary) > noise) {
       if (primary < 0.0) continue;
       if (b.releases[i] >= kMaxReleases)
-        wanted |= b.releases[i] != kNever && primary > 100.0 * noise;
+        b.doubtful = true, wanted |= b.releases[i] != kNever && primary > 100.0 * noise;
       else if (primary > first_gain * length)
         first = i, first_gain = primary / length;
       continue;
@@ -234,7 +248,7 @@ inline void solve_box(Rows<M> m, const double* rhs, Box& b, Inner& in, bool solv
   Objective now{infinity(), infinity()};
   bool first = true;
   int freed = -1;
-  b.capped = false;
+  b.capped = b.doubtful = false;
   const int most = (kMaxReleases + 1) * b.k + 2;
   for (int step = 0; step < most; ++step) {
     const int free = solved && step == 0 ? b.k : solve_free(m, b, rhs, in);
@@ -256,6 +270,7 @@ inline void solve_box(Rows<M> m, const double* rhs, Box& b, Inner& in, bool solv
     const int release = choose_release(m, b, in, size, wanted);
     if (release < 0) {
       b.capped = wanted;
+      b.doubtful |= wanted || (free > 0 && (in.way == SPECTRAL || in.condition > b.safe));
       return;
     }
     now = objective(m, b, rhs, b.z), first = false;
@@ -263,7 +278,7 @@ inline void solve_box(Rows<M> m, const double* rhs, Box& b, Inner& in, bool solv
     ++b.releases[release];
     b.state[release] = 0;
   }
-  b.capped = true;
+  b.capped = b.doubtful = true;
   residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
 }
 

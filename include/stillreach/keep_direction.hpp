@@ -4,40 +4,22 @@
 // plane: Newton's method on the distance, which is convex and piecewise smooth, so it ends in a few steps on the facet.
 #pragma once
 
+#include "fraction.hpp"
 #include "least_error.hpp"
 
 STILLREACH_BEGIN
 
 constexpr int kFractionSteps = 60;
-constexpr double kReached = 1e-13;  // relative residual that counts as none,
-constexpr double kNearly = 1e-9;    // one that may be none, where the search cannot tell,
+constexpr double kNearly = 1e-9;    // relative residual that may be none, where the search cannot tell,
+constexpr double kSafe = 1e9;       // condition number of a Gram matrix whose planes hold
 constexpr double kShort = 1e-5;     // and one whose direction needs care,
 constexpr double kNothing = 1e-14;  // a fraction that counts as none
 constexpr double kGrazing = 0.02;   // as does a plane that the twist meets at a smaller angle
 
-// The residual that counts as none: rounding of the twist, and of the sum of what the joints contribute.
-STILLREACH_INLINE double reached(const Box& b, double scale) {
-  double largest = 0.0;
-  for (int i = 0; i < b.k; ++i) largest = larger(largest, magnitude(b.z[i]) * b.length[i]);
-  return kReached * scale + kRounding * largest;
-}
-
-// The box lies on one side of any plane: (fixed + fraction * twist) . normal <= its largest value over the box. An upper
-// bound of the fraction; more than 1 where the plane says nothing, negative where it allows none. touching: b.z lies on the
-// plane, so that free variables, and those without a bound on the side that rounding points to, move along it.
-template <int M>
-inline double plane_fraction(Rows<M> m, const double* fixed, const double* twist, const Box& b, const double* normal, bool touching) {
-  const double along = dot(m, normal, twist);
-  double support = -dot(m, normal, fixed);
-  for (int i = 0; i < b.k; ++i) {
-    const double slope = dot(m, normal, b.columns + i * kStride);
-    double at = slope > 0.0 ? b.upper[i] : b.lower[i];
-    if (touching && (b.state[i] == 0 || magnitude(at) == infinity())) at = b.z[i];
-    if (slope != 0.0) support = madd(slope, at, support);
-  }
-  if (along > 0.0) return support / along;
-  return support < 0.0 ? -1.0 : 2.0;
-}
+// What rounding may have decided: a plane, or where it is about all or nothing, that.
+struct Doubt {
+  bool any, little;
+};
 
 // The unit normal of the plane that the residual of b stands on. Where the residual is short its direction is rounded, and
 // where the twist is nearly along the plane that matters: it is made orthogonal to the free columns again, which span the
@@ -60,7 +42,7 @@ inline void plane_normal(Rows<M> m, const double* twist, double twist_size, Box&
 // plane: the last supporting plane, in and out, or null.
 template <int M>
 inline double largest_fraction(Rows<M> m, const double* fixed, const double* twist, Box& b, Inner& in, bool solved, double* plane,
-                               bool& capped) {
+                               bool& capped, Doubt& doubt) {
   const double twist_size = size_of(m, twist), fixed_size = size_of(m, fixed);
   double fraction = plane ? plane_fraction(m, fixed, twist, b, plane, false) : 1.0;
   if (!(fraction >= 0.0 && fraction < 1.0)) fraction = 1.0;
@@ -70,11 +52,9 @@ inline double largest_fraction(Rows<M> m, const double* fixed, const double* twi
     for (int r = 0; r < m(); ++r) rhs[r] = madd(fraction, twist[r], fixed[r]);
     solve_box(m, rhs, b, in, solved);
     solved = false;
-    if (b.capped) {  // a start from elsewhere can cost more steps than there are
-      for (int i = 0; i < b.k; ++i) b.state[i] = 0;
-      solve_box(m, rhs, b, in, false);
-    }
     capped = b.capped;
+    doubt.any |= b.doubtful, doubt.little |= in.way == SPECTRAL || in.condition > kTwiceCondition;
+    if (capped) return fraction;
     residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
     const double error = size_of(m, b.residual), scale = madd(fraction, twist_size, fixed_size);
     if (error <= reached(b, scale)) return fraction;
@@ -91,12 +71,67 @@ inline double largest_fraction(Rows<M> m, const double* fixed, const double* twi
   return fraction;
 }
 
+// The bounded answer at a fraction, warm; returns how far from it that is.
+template <int M>
+inline double solve_fraction(Rows<M> m, const double* fixed, const double* twist, double fraction, Box& b, Inner& in) {
+  double rhs[kStride] = {0, 0, 0, 0, 0, 0, 0, 0};
+  for (int r = 0; r < m(); ++r) rhs[r] = madd(fraction, twist[r], fixed[r]);
+  solve_box(m, rhs, b, in, false);
+  if (b.doubtful) settle_box(m, rhs, b, in);
+  residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
+  return size_of(m, b.residual);
+}
+
+// The search in the m rows that count. Negative: no fraction. solved: b.target and `in` hold the unbounded answer.
+template <int M>
+inline double search_fraction(Rows<M> m, const double* fixed, const double* twist, bool solved, Workspace& w, Box& b, Inner& in,
+                              double* plane, bool& capped) {
+  Doubt doubt = {false, false};
+  const double fraction = largest_fraction(m, fixed, twist, b, in, solved, plane, capped, doubt);
+  if (!doubt.any && (fraction > 0.0 || !doubt.little)) return fraction;
+  return settle_fraction(m, fixed, twist, size_of(m, twist) + size_of(m, fixed), fraction, w, in, b, capped);
+}
+
+// Where the rank is short: what is lost of the twist is served by no fraction but the one that fixed joints serve; the rows
+// that are left are searched. none: a length that counts as 0.
+template <int M>
+inline STILLREACH_NOINLINE double search_reduced(Rows<M> m, double* fixed, double* twist, double none, Workspace& w, Box& b, Inner& in,
+                                                 double* plane, bool& capped) {
+  const Spectrum s = in.spectrum;
+  double own_fixed[kStride], own_twist[kStride], own_plane[kStride], rest[kStride] = {0, 0, 0, 0, 0, 0, 0, 0};
+  const Rows<0> rank{reduce_rows(m, s, w.columns, b, rest)};
+  for (int r = 0; r < kStride; ++r) {
+    own_fixed[r] = r < rank() ? dot(m, s.left[r], fixed) : 0.0;
+    own_twist[r] = r < rank() ? dot(m, s.left[r], twist) : 0.0;
+    own_plane[r] = plane && r < rank() ? dot(m, s.left[r], plane) : 0.0;
+  }
+  make_orthogonal(m, s.left, rank(), fixed), make_orthogonal(m, s.left, rank(), twist);
+  const double lost = size_of(m, twist);
+  const bool all = lost <= none;
+  const double only = all ? 0.0 : clamp(-dot(m, fixed, twist) / (lost * lost), 0.0, 1.0);
+  for (int r = 0; r < m(); ++r) rest[r] = madd(only, twist[r], fixed[r]);
+  double fraction = size_of(m, rest) <= none ? only : -1.0;
+  if (fraction >= 0.0 && all)
+    fraction = search_fraction(rank, own_fixed, own_twist, false, w, b, in, plane ? own_plane : nullptr, capped);
+  else if (fraction > 0.0 && solve_fraction(rank, own_fixed, own_twist, only, b, in) > none)
+    fraction = -1.0;
+  else
+    capped = b.capped;
+  if (!(fraction > 0.0)) solve_fraction(rank, own_fixed, own_twist, 0.0, b, in), capped = b.capped;
+  for (int r = 0; plane && r < m(); ++r) {
+    plane[r] = 0.0;
+    for (int j = 0; j < rank(); ++j) plane[r] = madd(own_plane[j], s.left[j][r], plane[r]);
+  }
+  return fraction;
+}
+
 template <int M>
 inline void keep_direction(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
   System s;
   if (!prepare(m, p, w, out, s)) return;
   double rhs[kStride], twist[kRows], fixed[kStride] = {0, 0, 0, 0, 0, 0, 0, 0};
   Box b = make_box(m, law, p, s, out.rates, w, rhs);
+  b.safe = kSafe;
   Inner in;
   const bool inside_all = solve_unbounded(m, rhs, b, in);
   apply_rows(m, p.metric.rows, p.twist, twist);
@@ -107,12 +142,13 @@ inline void keep_direction(Rows<M> m, const LawSettings& law, const Problem& p, 
   if (!inside_all || size_of(m, in.residual) > reached(b, scale)) {
     const bool warm = warm_states(w, s.k, out.active, b.state);
     bool capped = false;
-    out.scale = largest_fraction(m, fixed, twist, b, in, !warm, out.plane, capped);
-    if (out.scale < 0.0) {
-      out.scale = 0.0;
-      solve_box(m, fixed, b, in, false);
-      capped = b.capped;
+    if (out.status & SINGULAR) {
+      out.scale = search_reduced(m, fixed, twist, reached(b, scale), w, b, in, out.plane, capped);
+    } else {
+      out.scale = search_fraction(m, fixed, twist, !warm, w, b, in, out.plane, capped);
+      if (out.scale < 0.0) solve_fraction(m, fixed, twist, 0.0, b, in), capped = b.capped;
     }
+    out.scale = larger(out.scale, 0.0);
     if (out.scale < 1.0) out.status |= SCALED;
     if (capped) out.status |= ITERATION_LIMIT;
   }

@@ -311,7 +311,7 @@ inline Mask solve_box(LaneBox<M>& b, const Pack* rhs, Mask live, Mask solved) {
     const Pack release = choose_release<M>(b, size, barred);
     live &= ~(all_inside & barred);
     const Mask releasing = live & all_inside & (release >= zero), done = live & all_inside & ~releasing;
-    // An undamped answer from a nearly singular set of columns is looked at twice by the single tick.
+    // An undamped answer from a nearly singular set of columns gets a second, careful stage in the single tick.
     found |= done & ((b.kappa > zero) | (b.condition <= broadcast(kTwiceCondition)));
     live &= ~done;
     if (!any(releasing)) continue;

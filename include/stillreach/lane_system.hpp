@@ -162,12 +162,12 @@ inline Mask report(const LaneProblem& p, const LaneSystem& s, bool with_residual
     STILLREACH_UNROLL for (int r = 0; r < M; ++r) out.residual[r] = madd(p.jacobian[i * M + r], -out.rates[i], out.residual[r]);
   Pack size = zero_pack(), weighted[M], sum = zero_pack();
   for (int r = 0; r < M; ++r) size = larger(size, magnitude(out.residual[r]));
-  out.status |= flag(drifts & (size > broadcast(kCompensated) * drift), FAULT_NOT_COMPENSATED);
+  covered &= ~(drifts & (size > broadcast(kCompensated) * drift));  // whether the tool could be held still is for the single tick
   apply_rows<M>(p.metric.rows, out.residual, weighted);
   size = zero_pack();
   for (int r = 0; r < M; ++r) size = larger(size, magnitude(weighted[r])), sum = madd(weighted[r], weighted[r], sum);
   out.task_error = square_root(sum);
-  return (size == zero_pack()) | ((size > broadcast(1e-50)) & (size < broadcast(1e50)));
+  return covered & ((size == zero_pack()) | ((size > broadcast(1e-50)) & (size < broadcast(1e50))));
 }
 
 STILLREACH_END

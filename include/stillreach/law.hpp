@@ -17,13 +17,29 @@ inline void solve_rows(Rows<M> m, const LawSettings& law, const Problem& p, Work
   }
 }
 
+// Whether the working joints could hold the tool still, inside their bounds, against those that move at one rate.
+template <int M>
+inline bool can_stand_still(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w) {
+  const double still[kRows] = {0, 0, 0, 0, 0, 0};
+  double residual[kRows];
+  LawSettings bare = law;
+  bare.kind = LEAST_ERROR, bare.max_gain = 0.0;
+  Problem stand = p;
+  stand.twist = still, stand.reference = nullptr;
+  Answer out{w.other, residual, w.other_active, nullptr, OK, 0, 0.0, 0.0, 0.0};
+  for (int i = 0; i < p.n; ++i) w.other_active[i] = 0;
+  least_error(m, bare, stand, w, out);
+  return !(out.status & FAULT_NOT_COMPENSATED);
+}
+
 // out.active holds the bounds that were active a tick ago (zeros: none) and receives those that are now.
 inline void solve_law(const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
   switch (p.m) {
-    case 6: return solve_rows(Rows<6>{6}, law, p, w, out);
-    case 3: return solve_rows(Rows<3>{3}, law, p, w, out);
-    default: return solve_rows(Rows<0>{p.m}, law, p, w, out);
+    case 6: solve_rows(Rows<6>{6}, law, p, w, out); break;
+    case 3: solve_rows(Rows<3>{3}, law, p, w, out); break;
+    default: solve_rows(Rows<0>{p.m}, law, p, w, out);
   }
+  if ((out.status & FAULT_NOT_COMPENSATED) && can_stand_still(Rows<0>{p.m}, law, p, w)) out.status &= ~FAULT_NOT_COMPENSATED;
 }
 
 STILLREACH_END

@@ -2,11 +2,12 @@
 // damped by kappa <= 1 / (4 g^2) where the bounds or a singularity are near.
 #pragma once
 
-#include "box.hpp"
+#include "careful.hpp"
 #include "pseudoinverse.hpp"
 
 STILLREACH_BEGIN
 
+constexpr double kLeftOut = 100.0;      // by this factor what is kept exceeds what the rank tolerance leaves out
 constexpr double kBoundRamp = 0.5;      // damping is full where the pseudoinverse exceeds a bound by this part of the largest
 
 // Under a full joint weight W fixed joints that are off their reference pull at the others: nearest to the reference is then
@@ -58,7 +59,7 @@ inline Box make_box(Rows<M> m, const LawSettings& law, const Problem& p, System&
   b.k = s.k, b.columns = w.columns, b.length = w.length, b.lower = w.lower, b.upper = w.upper, b.kappa = 0.0, b.threshold = law.rank_tolerance;
   b.weight = s.full ? w.weight : nullptr, b.whitened = w.whitened, b.triangle = w.triangle;
   b.z = w.z, b.state = w.state, b.target = w.target, b.work = w.work, b.index = w.index, b.releases = w.releases;
-  b.iterations = 0, b.capped = false;
+  b.dependent = 0.0, b.safe = kTwiceCondition, b.iterations = 0, b.capped = b.doubtful = false;
   return b;
 }
 
@@ -69,10 +70,27 @@ inline bool solve_unbounded(Rows<M> m, const double* rhs, Box& b, Inner& in) {
   for (int j = 0; j < b.k; ++j) b.state[j] = 0;
   solve_free(m, b, rhs, in);
   const double sigma = in.way == SPECTRAL ? in.spectrum.sigma[0] : square_root(in.factor.trace);
-  b.threshold = -b.threshold * sigma;
+  b.threshold = -b.threshold * sigma, b.dependent = kDependent * sigma;
   bool all = true;
   for (int j = 0; j < b.k; ++j) all &= b.target[j] <= b.upper[j] && b.target[j] >= b.lower[j];
   return all;
+}
+
+// Where the rank is short: columns and right-hand side by their components along the left singular vectors that count. What
+// is left out does not change with the rates, and what is left has full rank for every set of free variables that spans it.
+// Returns how many rows are left.
+template <int M>
+inline int reduce_rows(Rows<M> m, const Spectrum& s, double* columns, Box& b, double* rhs) {
+  const int rank = s.rank > 0 ? s.rank : 1;
+  double own[kStride];
+  for (int j = 0; j <= b.k; ++j) {
+    double* a = j < b.k ? columns + j * kStride : rhs;
+    for (int r = 0; r < kStride; ++r) own[r] = r < rank ? dot(m, s.left[r], a) : 0.0;
+    for (int r = 0; r < kStride; ++r) a[r] = own[r];
+  }
+  // What was left out counts little only beside singular values well above it.
+  if (s.rank < s.count) b.dependent = smaller(larger(b.dependent, kLeftOut * s.sigma[s.rank]), -10.0 * b.threshold);
+  return rank;
 }
 
 // kappa for max_gain g: 0 where the pseudoinverse is inside the bounds and its gain below g; else rising with the gain,
@@ -130,6 +148,19 @@ inline bool warm_states(const Workspace& w, int k, const std::int8_t* active, st
   return any;
 }
 
+// The bounded search in the rows that count: m of them, and below m the leading left singular vectors.
+template <int M>
+inline void least_error_in_box(Rows<M> m, const double* rhs, bool solved, const std::int8_t* active, const Workspace& w, Box& b,
+                               Inner& in) {
+  const bool warm = warm_states(w, b.k, active, b.state);
+  solve_box(m, rhs, b, in, solved && !warm && b.kappa == 0.0);
+  if (b.capped && warm) {  // a start from elsewhere can cost more steps than there are
+    for (int j = 0; j < b.k; ++j) b.state[j] = 0;
+    solve_box(m, rhs, b, in, false);
+  }
+  if (b.doubtful && b.kappa == 0.0) settle_box(m, rhs, b, in);
+}
+
 template <int M>
 inline void least_error(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
   System s;
@@ -143,11 +174,11 @@ inline void least_error(Rows<M> m, const LawSettings& law, const Problem& p, Wor
   if (inside_all && b.kappa == 0.0) {
     for (int j = 0; j < s.k; ++j) b.z[j] = b.target[j];
   } else {
-    const bool warm = warm_states(w, s.k, out.active, b.state);
-    solve_box(m, rhs, b, in, !warm && b.kappa == 0.0);
-    if (b.capped && warm) {  // a start from elsewhere can cost more steps than there are
-      for (int j = 0; j < s.k; ++j) b.state[j] = 0;
-      solve_box(m, rhs, b, in, false);
+    if (out.status & SINGULAR) {
+      const Rows<0> rank{reduce_rows(m, in.spectrum, w.columns, b, rhs)};
+      least_error_in_box(rank, rhs, false, out.active, w, b, in);
+    } else {
+      least_error_in_box(m, rhs, true, out.active, w, b, in);
     }
     if (b.capped) out.status |= ITERATION_LIMIT;
   }

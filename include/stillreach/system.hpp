@@ -173,7 +173,7 @@ STILLREACH_INLINE void task_residual(Rows<M> m, const Problem& p, const double* 
 
 constexpr double kCompensated = 1e-9;  // relative task error from which on a runaway joint counts as not compensated
 
-// Where a fixed joint moves, and the task is not met: the others could not make up for it.
+// Where a fixed joint moves, and the task is not met: the others may be unable to make up for it.
 template <int M>
 inline bool fault_not_compensated(Rows<M> m, const Problem& p, const Answer& out) {
   double drift = 0.0, size = 0.0;

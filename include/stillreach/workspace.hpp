@@ -20,6 +20,7 @@ struct Workspace {
   double* offset;    // n
   double* extent;    // n
   double* length;    // n: of the columns
+  double* other;     // n: rates of another answer
   double* whitened;  // 8 n where a full joint weight is used, else null
   double* triangle;  // n * n, likewise
   double* weight;    // n * n, likewise: the joint weight seen by the scaled working joints
@@ -28,25 +29,26 @@ struct Workspace {
   int* releases;     // n
   std::int8_t* state;  // n
   std::int8_t* held;   // n
+  std::int8_t* other_active;  // n
 };
 
 STILLREACH_INLINE std::size_t workspace_doubles(int n, bool full_joint_weight) {
-  return 32 * static_cast<std::size_t>(n) + (full_joint_weight ? (2 * static_cast<std::size_t>(n) + 8) * n : 0);
+  return 33 * static_cast<std::size_t>(n) + (full_joint_weight ? (2 * static_cast<std::size_t>(n) + 8) * n : 0);
 }
 STILLREACH_INLINE std::size_t workspace_ints(int n) { return 3 * static_cast<std::size_t>(n); }
-STILLREACH_INLINE std::size_t workspace_bytes(int n) { return 2 * static_cast<std::size_t>(n); }
+STILLREACH_INLINE std::size_t workspace_bytes(int n) { return 3 * static_cast<std::size_t>(n); }
 
 STILLREACH_INLINE Workspace make_workspace(int n, bool full_joint_weight, double* doubles, int* ints, std::int8_t* bytes) {
   Workspace w;
   w.n = n;
   w.columns = doubles, w.shapes = doubles + 8 * n, w.work = doubles + 16 * n;
   double* rest = doubles + 23 * n;
-  double** vectors[] = {&w.scale, &w.limit, &w.lower, &w.upper, &w.z, &w.target, &w.offset, &w.extent, &w.length};
+  double** vectors[] = {&w.scale, &w.limit, &w.lower, &w.upper, &w.z, &w.target, &w.offset, &w.extent, &w.length, &w.other};
   for (double** v : vectors) *v = rest, rest += n;
   w.whitened = w.triangle = w.weight = nullptr;
   if (full_joint_weight) w.whitened = rest, w.triangle = rest + 8 * n, w.weight = w.triangle + static_cast<std::size_t>(n) * n;
   w.joint = ints, w.index = ints + n, w.releases = ints + 2 * n;
-  w.state = bytes, w.held = bytes + n;
+  w.state = bytes, w.held = bytes + n, w.other_active = bytes + 2 * n;
   return w;
 }
 

@@ -145,14 +145,17 @@ def rate_bounds(attack):
 def position_bounds(attack):
     """(K, n) lower and upper bound of each healthy joint's rate by position limits.
 
-    A joint at v that brakes by `a` every tick from the next one on goes v²/(2 a) + v period / 2 further: that has to
-    fit into the room to the limit, and so has one period at v. Where the joint's position is no number there is none.
+    A joint at v that brakes by `a` every tick from the next one on goes `period` times the sum of the positive ones of
+    v, v - a period, v - 2 a period, ... further. That sum is the largest of its partial sums, so it fits into the room
+    to the limit where for every number N of ticks N v - N (N - 1) / 2 a period <= room / period; the N that says most
+    is next to sqrt(2 room / a) / period. Where the joint's position is no number there is no bound.
     """
     h, a = attack.period, attack.acceleration
     with np.errstate(all="ignore"):
         for sign, limit in zip((-1.0, 1.0), attack.position.T, strict=True):
             room = np.maximum(sign * (limit - attack.q), 0.0)
-            curve = a * (np.sqrt(h * h / 4.0 + 2.0 * room / a) - h / 2.0)
+            ticks = np.maximum(np.floor(np.sqrt(2.0 * room / a) / h), 1.0)
+            curve = np.minimum(*(room / (h * count) + a * h * (count - 1.0) / 2.0 for count in (ticks, ticks + 1.0)))
             curve = np.where(room == 0.0, 0.0, np.where(a == INF, INF, np.where(a == 0.0, 0.0, curve)))
             most = np.where(np.isinf(limit), INF, np.minimum(room / h, curve))
             yield sign * np.where(np.isfinite(attack.q), most, INF)

@@ -97,14 +97,19 @@ def law_cases(count, seed, *, bounds=SYMMETRIC, weighted=0.0, runaways=0.0, scal
         scaled: share with tiny or huge numbers.
     """
     for i in range(count):
-        rng = np.random.default_rng([seed, i])
-        case = _jacobian_case(rng)
-        if rng.random() < weighted:
-            case = _with_weights(rng, case)
-        case = _with_bounds(rng, case, bounds[rng.integers(len(bounds))], runaways)
-        if rng.random() < scaled:
-            case = _scaled(rng, case)
-        yield replace(case, label=f"case {seed}/{i}: {case.label}")
+        yield law_case(seed, i, bounds=bounds, weighted=weighted, runaways=runaways, scaled=scaled)
+
+
+def law_case(seed, i, *, bounds=SYMMETRIC, weighted=0.0, runaways=0.0, scaled=0.1) -> LawCase:
+    """Case i of ``law_cases(..., seed, ...)``."""
+    rng = np.random.default_rng([seed, i])
+    case = _jacobian_case(rng)
+    if rng.random() < weighted:
+        case = _with_weights(rng, case)
+    case = _with_bounds(rng, case, bounds[rng.integers(len(bounds))], runaways)
+    if rng.random() < scaled:
+        case = _scaled(rng, case)
+    return replace(case, label=f"case {seed}/{i}: {case.label}")
 
 
 def _pick(rng, shares) -> str:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from oracles import box, equations, null_space
+from oracles import box, equations, exact, null_space
 from oracles.bounds_table import joint_bounds
 from oracles.cases import BOUNDS, law_cases
 from oracles.damping import rate_norm, rates_at, smallest_damping
@@ -213,6 +213,33 @@ def test_largest_scale_by_hand():
     assert box.scale_bound(j, x, lower, upper, upper) == pytest.approx(0.25)
     lower[0] = upper[0] = -3.0  # a runaway that the other joint cannot make up for
     assert box.largest_scale(j, x, lower, upper) == (None, 0.0)
+
+
+def test_exact_largest_scale_by_hand():
+    j, x, lower, upper = np.array([[1.0, 1.0]]), np.array([8.0]), np.array([-1.0, -1.0]), np.array([1.0, 1.0])
+    assert exact.largest_scale(j, x, lower, upper) == 0.25
+    assert exact.largest_scale(j, x, lower, np.array([1.0, np.inf])) == 1.0
+    assert exact.largest_scale(j, -x, lower, np.array([1.0, np.inf])) == 0.25
+    assert exact.largest_scale(j, x, np.array([-3.0, -1.0]), np.array([-3.0, 1.0])) is None
+    assert exact.largest_scale(j, -x, np.array([-3.0, -1.0]), np.array([-3.0, 1.0])) == 0.5
+    _, planar = planar_arm(np.deg2rad([20, 50, -30, 40]))
+    limits = np.array([0.5, 0.5, 1.0, 1.0])
+    assert exact.largest_scale(planar, np.array([1.8, 2.4]), -limits, limits) == pytest.approx(0.2227372, abs=5e-8)
+
+
+def test_exact_largest_scale_is_the_linear_programs():
+    compared = 0
+    for case in law_cases(150, 8, bounds=BOUNDS, runaways=0.3, scaled=0.0):
+        if case.decomposed.kind != "regular" or case.decomposed.condition > 1e3:
+            continue
+        problem = case.boxed
+        if len(problem.x) > np.sum(~case.failed):
+            continue  # rounding of the twist decides whether it is in reach
+        best, _ = box.largest_scale(problem.j, problem.x, problem.lower, problem.upper)
+        found = exact.largest_scale(problem.j, problem.x, problem.lower, problem.upper)
+        assert (found or 0.0) == pytest.approx(best or 0.0, abs=1e-9), case.label
+        compared += 1
+    assert compared > 40
 
 
 def test_null_space_by_hand():

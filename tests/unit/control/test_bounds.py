@@ -99,6 +99,15 @@ def test_a_position_limit_goes_before_an_acceleration_limit():
     assert pushed(ctl, -1.0, q=-1.0).rates[0] == 0.0
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_joint_that_gives_up_its_acceleration_limit_is_at_the_bound_on_that_side(side):
+    ctl = slide(position_limits=(-1.0, 1.0), acceleration_limits=1.0, period=PERIOD)
+    ctl.reset([side * 0.5])
+    out = pushed(ctl, side * 1.0, q=side * 1.0)
+    assert sr.Status.LIMIT_GIVEN_UP in out.status
+    assert out.active[0] == side * sr.Reason.POSITION
+
+
 @pytest.mark.parametrize("acceleration", [0.0, 1e-320, 1e-12])
 def test_a_joint_that_can_hardly_brake_still_does_not_pass_its_position_limit(acceleration):
     ctl = slide(position_limits=(-1.0, 1.0), acceleration_limits=acceleration, period=PERIOD)

@@ -88,6 +88,17 @@ def test_a_runaway_joint_that_nobody_can_make_up_for_is_reported(law):
     assert out.status & sr.Status.FAULT_NOT_COMPENSATED
 
 
+@EVERY_LAW
+def test_a_task_out_of_reach_is_not_blamed_on_a_runaway_joint(law):
+    """The tool could stand still in spite of it; only the twist is more than the arm can do, with and without."""
+    ctl = sr.Controller(paper(), law=law, rate_limits=0.2)
+    ctl.fail(1, sr.Runaway(0.01))
+    out = ctl.step(Q_PAPER, [0, 0, -50.0, 0, 0, 0])
+    assert out.task_error > 1.0 or sr.Status.OVER_LIMIT in out.status
+    assert not out.status & sr.Status.FAULT_NOT_COMPENSATED
+    assert ctl.step(Q_PAPER, np.zeros(6)).task_error < 1e-9
+
+
 @pytest.mark.parametrize("law", [sr.LeastError(max_gain=None), sr.KeepDirection()], ids=repr)
 def test_what_cannot_be_made_up_for_is_done_as_well_as_it_can_be(law):
     arm = paper()

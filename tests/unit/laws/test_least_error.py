@@ -23,11 +23,10 @@ def between(problem, rates):
     return (rates > problem.lower) & (rates < problem.upper)
 
 
-def allowance(problem, ours, theirs):
+def allowance(case, theirs):
     """By how much a solver without a rank tolerance may do better: rounding, and directions below the tolerance."""
-    free = (np.linalg.svd(problem.j[:, between(problem, rates)], compute_uv=False) for rates in (ours, theirs))
-    dependent = any(np.any(s < 10 * RANK_TOLERANCE) for s in free)
-    return 1e-9 + (100 * np.finfo(float).eps + 10 * RANK_TOLERANCE * dependent) * np.linalg.norm(theirs)
+    lost = 10 * RANK_TOLERANCE if case.decomposed.kind == "rank deficient" else 0.0
+    return 1e-9 + (100 * np.finfo(float).eps + lost) * np.linalg.norm(theirs)
 
 
 @pytest.mark.timeout(600)
@@ -45,9 +44,18 @@ def test_no_solver_has_a_smaller_error(bound_cases, ask, tally):
             excess = error - box.error(problem.j, problem.x, theirs)
             if excess > 1e-9:
                 tally["larger within what the rank tolerance leaves"] += 1
-            least = excess <= allowance(problem, ours, theirs)
-            tally.holds_but_for_a_few(least, case, excess, error, case.decomposed.condition)
-    tally.settle(SAMPLE)
+            least = excess <= allowance(case, theirs)
+            tally.holds(least, case, excess, error, case.decomposed.condition)
+    tally.settle()
+
+
+@pytest.mark.parametrize("number", [406, 7003, 9987, 10991, 14948, 15876])
+def test_near_a_singularity_rounding_does_not_choose_the_bounds(number, bound_case, ask):
+    case = bound_case(number)  # the free joints are nearly dependent, 1e3 to 1e9
+    out, problem = ask(sr.LeastError, case, max_gain=None), case.boxed
+    theirs = box.least_error_bvls(problem.j, problem.x, problem.lower, problem.upper)
+    error = box.error(problem.j, problem.x, out.rates / problem.unit)
+    assert error <= box.error(problem.j, problem.x, theirs) + allowance(case, theirs)
 
 
 def test_duality_proves_the_error_least(bound_cases, ask, tally):
@@ -117,8 +125,8 @@ def test_a_larger_box_never_has_a_larger_error(tally):  # near the rank toleranc
             digits = RANK_TOLERANCE if sr.Status.SINGULAR in out.status else 1e-12
             rounding = max(rounding, digits * np.linalg.norm(case.j) * np.linalg.norm(out.rates))
             lower, upper = (side * rng.uniform(1.0, 2.0, len(side)) for side in (lower, upper))
-        tally.holds_but_for_a_few(np.all(np.diff(errors) <= rounding), case, *errors)
-    tally.settle(1500)
+        tally.holds(np.all(np.diff(errors) <= rounding), case, *errors)
+    tally.settle()
 
 
 def test_never_worse_than_exact_damping(paper_cases, ask, tally):
