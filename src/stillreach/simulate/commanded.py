@@ -94,6 +94,7 @@ def beside_path(scenario: Scenario, run: Run, goal: Commanded) -> float:
     ticks = goal.ticks[goal.ticks < len(run)]
     looked = ticks[np.unique(np.linspace(0, len(ticks) - 1, LOOKS_BESIDE).round().astype(np.int64))]
     path, asked = goal.poses[:, :3, 3], _asked(scenario)[0]
+    path = np.concatenate([path, path[-1:]])  # also a path of one pose has a step
     farthest = 0.0
     for T in run.pose[looked]:
         seen = path - T[:3, 3]

@@ -194,3 +194,9 @@ def test_rows_that_are_no_task_count_for_nothing_beside_the_path():
         integrator="rk4",
     )
     assert found(away).beside == pytest.approx(1.0 - np.cos(0.5), rel=1e-9)
+
+
+def test_a_run_of_one_tick_has_a_summary():
+    scenario = sr.Scenario(arm=rail(), start=[0.0], motion=sr.Twist([1.0, 0, 0, 0, 0, 0]), duration=0.001, task=SLIDE)
+    assert len(sr.simulate(scenario)) == 1
+    assert (found(scenario).beside, found(scenario).way) == (0.0, 0.0)
