@@ -50,6 +50,7 @@ def facts(scenario: Scenario, run: Run, found: Summary) -> dict[str, Any]:
         "turn": found.turn,
         "largest_distance": _peak(found.distance) if found.linear else None,
         "largest_angle": _peak(found.angle) if found.angular else None,
+        "largest_distance_from_path": found.beside if found.linear else None,
         "largest_task_error": _peak(found.task_error),
         "largest_rate": {
             "joint": found.rate_joint,
@@ -118,6 +119,11 @@ def worst_rate(scenario: Scenario, found: Summary) -> str:
     return f"{tidy(100 * found.rate.value)} % of its limit: {found.rate_joint}, {value} at {found.rate.time:g} s"
 
 
+def is_late(found: Summary) -> bool:
+    """Whether the tool was far from where it should be mostly because it came later."""
+    return found.linear and found.distance.value > max(found.allowed_distance, 5.0 * found.beside)
+
+
 def _first_paragraph(text: str) -> str:
     """In one line; a console breaks it where it needs to."""
     return " ".join(text.strip().partition("\n\n")[0].split())
@@ -129,7 +135,8 @@ def _deviations(found: Summary) -> list[tuple[str, str]]:
     far = [f"{shown_length(found.distance.value)} at {found.distance.time:g} s"] if found.linear else []
     far += [f"{shown_angle(found.angle.value)} at {found.angle.time:g} s"] if found.angular else []
     error = f"{tidy(found.task_error.value)} (weighted twist) at {found.task_error.time:g} s"
-    return [("farthest off", "; ".join(far)), ("task error", error)]
+    beside = [("off its path", f"at most {shown_length(found.beside)}")] if found.linear else []
+    return [("farthest off", "; ".join(far)), *beside, ("task error", error)]
 
 
 def fault_lines(scenario: Scenario) -> list[str]:

@@ -17,15 +17,15 @@ COLUMNS = 80
 """What every table fits."""
 
 
-def console(*, stderr: bool = False, width: int | None = None) -> Console:
-    """A console that prints text as it is: no markup, no emoji, no colours of its own choice; as wide as asked for."""
+def console(*, stderr: bool = False, width: int | None = None, markup: bool = False) -> Console:
+    """A console that prints text as it is: no emoji, no colours of its own choice, markup and width as asked for."""
     from rich.console import Console
 
     class _Console(Console):
         def on_broken_pipe(self) -> None:
             nobody_reads()
 
-    return _Console(stderr=stderr, width=width, highlight=False, emoji=False, markup=False)
+    return _Console(stderr=stderr, width=width, highlight=False, emoji=False, markup=markup)
 
 
 def nobody_reads() -> NoReturn:

@@ -110,9 +110,9 @@ def _facts(scenario: Scenario, results: dict[str, Result]) -> dict[str, Any]:
 
 
 def _print(scenario: Scenario, results: dict[str, Result]) -> None:
-    from stillreach.cli._summary import apart, beyond_limits, fault_lines
+    from stillreach.cli._summary import apart, beyond_limits, fault_lines, is_late
     from stillreach.cli._terminal import console, print_table, table
-    from stillreach.show.words import tidy
+    from stillreach.show.words import shown_length, tidy
 
     out = console()
     out.print(scenario.name, style="bold")
@@ -133,6 +133,10 @@ def _print(scenario: Scenario, results: dict[str, Result]) -> None:
     out.print("\npeak rate: the largest, in per cent of its joint's limit")
     if any(beyond_limits(found) for *_, found in results.values()):
         out.print("           above 100 %: drives cannot follow")
+    for name, (_, _, found) in results.items():
+        if is_late(found):
+            late, beside = shown_length(found.distance.value), shown_length(found.beside)
+            out.print(f"{name} falls behind, by up to {late}, and is at most {beside} off its path")
 
 
 def _stem(law: str) -> str:

@@ -24,11 +24,14 @@ def paper(
     """
     segment_lengths = None if lengths is None else _parse_lengths(lengths)
 
-    from rich.console import Console
-
+    from stillreach.cli._terminal import console, note
     from stillreach.paper import reproduce
 
-    holds = reproduce(out, step=step, duration=duration, lengths=segment_lengths, console=Console())
+    try:
+        holds = reproduce(out, step=step, duration=duration, lengths=segment_lengths, console=console(markup=True))
+    except KeyboardInterrupt:
+        note(f"interrupted; the files that were finished stay in {out}")
+        raise
     if not holds:
         raise typer.Exit(1)
 

@@ -62,8 +62,8 @@ def fit(ax: Any, points: FloatArray) -> None:
     low, high = middle - half, middle + half
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     x, y, z = high - low
-    # width and height of the box on the page, seen from VIEW, in units of its diagonal
-    page = max(0.87 * x + 0.5 * y, 0.94 * z + 0.17 * x + 0.3 * y) / float(np.linalg.norm(high - low))
+    # width (with room for numbers) and height of the box on the page, seen from VIEW, in units of its diagonal
+    page = max(1.15 * (0.87 * x + 0.5 * y), 0.94 * z + 0.17 * x + 0.3 * y) / float(np.linalg.norm(high - low))
     ax.set_box_aspect(high - low, zoom=FILLED / page)
     ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
     ax.view_init(**VIEW)

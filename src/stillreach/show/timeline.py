@@ -40,6 +40,9 @@ BAR = 0.72
 NAMED = 16
 """Of more bars than that only the first and last joint, those that fail and the status flags are named."""
 
+TOGETHER = 3
+"""Names of bars that stand close together; of more only the first and the last."""
+
 
 def timeline(ax: Axes, scenario: Scenario, run: Run, ticks: np.ndarray) -> None:
     """A bar for each joint and, below, for each status flag that was raised.
@@ -100,11 +103,27 @@ def _spans(time: np.ndarray, true: np.ndarray) -> list[tuple[float, float]]:
     return [(float(time[first]), float(until[end] - time[first])) for first, end in edges.reshape(-1, 2)]
 
 
+def _apart(rows: list[int], room: float) -> list[list[int]]:
+    """Rows that stand nearer than there is room for a name are named together."""
+    groups = [rows[:1]]
+    for row in rows[1:]:
+        if row - groups[-1][-1] < room:
+            groups[-1].append(row)
+        else:
+            groups.append([row])
+    return groups
+
+
+def _together(names: list[str]) -> str:
+    return ", ".join(names) if len(names) <= TOGETHER else f"{names[0]} … {names[-1]}"
+
+
 def _label(ax: Axes, names: list[str], marked: Collection[int]) -> None:
     """Names at the bars; of many only those of the marked ones."""
     ax.set_ylim(len(names) - 0.4, -0.6)
-    shown = range(len(names)) if len(names) <= NAMED else sorted(marked)
-    ax.set_yticks(list(shown), [names[row] for row in shown], fontsize=8.0)
+    rows = [[row] for row in range(len(names))] if len(names) <= NAMED else _apart(sorted(marked), len(names) / NAMED)
+    ax.set_yticks([sum(near) / len(near) for near in rows], [_together([names[k] for k in near]) for near in rows])
+    ax.tick_params(axis="y", labelsize=8.0)
     ax.tick_params(axis="y", length=0)
     ax.grid(visible=False, axis="y")
     ax.set_axisbelow(True)

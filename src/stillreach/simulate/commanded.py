@@ -16,6 +16,8 @@ from stillreach.simulate.scenario import Scenario
 
 LOOKS = 10_000
 """A longer run is compared with its motion at about so many ticks, evenly spaced."""
+LOOKS_BESIDE = 400
+"""Likewise with the path as a whole, which takes longer."""
 
 
 @dataclass(frozen=True)
@@ -77,11 +79,49 @@ def deviation(scenario: Scenario, run: Run, goal: Commanded) -> tuple[npt.NDArra
     shift = wanted[:, :3, 3] - actual[:, :3, 3]
     turn = log(wanted[:, :3, :3] @ np.swapaxes(actual[:, :3, :3], 1, 2))
     both = np.stack([shift, turn], axis=1)
-    task = scenario.task
-    assert task is not None
-    if task.frame == "tool":
+    if _along_tool(scenario):
         both = both @ actual[:, :3, :3]  # rows times R: components along the tool's axes
-    mask = np.zeros(6)
-    mask[list(task.indices)] = 1.0
-    distances = np.linalg.norm(both * mask.reshape(2, 3), axis=2)
+    distances = np.linalg.norm(both * _asked(scenario), axis=2)
     return ticks, distances[:, 0], distances[:, 1]
+
+
+def beside_path(scenario: Scenario, run: Run, goal: Commanded) -> float:
+    """How far the tool of a run ever is from the commanded path [m], whenever it should have been where.
+
+    A tool that is late, and on its way, is far from where it should be and at 0 from its path. In the rows of the
+    task; arguments as for ``deviation``.
+    """
+    ticks = goal.ticks[goal.ticks < len(run)]
+    looked = ticks[np.unique(np.linspace(0, len(ticks) - 1, LOOKS_BESIDE).round().astype(np.int64))]
+    path, asked = goal.poses[:, :3, 3], _asked(scenario)[0]
+    path = np.concatenate([path, path[-1:]])  # also a path of one pose has a step
+    farthest = 0.0
+    for T in run.pose[looked]:
+        seen = path - T[:3, 3]
+        farthest = max(farthest, _nearest((seen @ T[:3, :3] if _along_tool(scenario) else seen) * asked))
+    return farthest
+
+
+def _nearest(points: FloatArray) -> float:
+    """Distance from the origin to the line through points (K, 3) in their order."""
+    start, step = points[:-1], points[1:] - points[:-1]
+    length, along = _dot(step, step), _dot(start, step)
+    share = np.clip(-along / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
+    nearest = start + share[:, None] * step
+    return float(np.sqrt(np.min(_dot(nearest, nearest))))
+
+
+def _dot(one: FloatArray, other: FloatArray) -> FloatArray:
+    """(K,) row by row; quicker than a sum along short rows."""
+    return np.asarray(np.einsum("kx,kx->k", one, other))
+
+
+def _along_tool(scenario: Scenario) -> bool:
+    return scenario.task is not None and scenario.task.frame == "tool"
+
+
+def _asked(scenario: Scenario) -> FloatArray:
+    """(2, 3) 1 for the rows of the task, 0 for the others."""
+    mask = np.zeros(6)
+    mask[list(scenario.task.indices) if scenario.task is not None else range(6)] = 1.0
+    return mask.reshape(2, 3)

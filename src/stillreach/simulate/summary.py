@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillreach._door import FloatArray
-from stillreach.simulate.commanded import commanded, deviation
+from stillreach.simulate.commanded import beside_path, commanded, deviation
 from stillreach.simulate.held import has_rate_limits, held_back, rate_shares
 from stillreach.simulate.run import Run
 from stillreach.simulate.scenario import Scenario
@@ -40,6 +40,7 @@ class Summary:
         allowed_distance, allowed_angle: how much of these still counts as arrived [m, rad].
         way, turn: length and angle of the commanded motion [m, rad].
         distance, angle: the farthest from where it should be at the time [m, rad].
+        beside: the farthest from its path [m], whenever it should have been where.
         task_error: the largest weighted norm of what the rates leave undone of the twist asked for.
         rate: the largest rate as a fraction of its joint's limit, derated where that is; None where no joint has one.
         rate_joint: whose; a name.
@@ -63,6 +64,7 @@ class Summary:
     turn: float
     distance: Peak
     angle: Peak
+    beside: float
     task_error: Peak
     rate: Peak | None
     rate_joint: str | None
@@ -115,6 +117,7 @@ def summary(
         turn=turn,
         distance=_peak(run.time[ticks], shift),
         angle=_peak(run.time[ticks], angle),
+        beside=beside_path(scenario, run, goal),
         task_error=_peak(run.time, run.task_error),
         rate=rate,
         rate_joint=joint,

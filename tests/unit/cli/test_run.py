@@ -70,6 +70,14 @@ def test_a_scenario_as_it_stands_is_told_in_its_own_words(stillreach, tmp_path):
         assert "What this" not in stillreach("run", "told.toml", "--no-plot", *change).out
 
 
+def test_a_law_that_is_late_and_on_its_path_is_told_from_one_that_leaves_it(stillreach):
+    slow = [f"--fail=j{k}@0.5:derated=0.02" for k in range(1, 12)]
+    done = stillreach("compare", "reach.toml", "--no-plot", "--laws", "keep-direction,singularity-robust", *slow)
+    assert "keep-direction falls behind, by up to" in done.out
+    assert "singularity-robust falls behind" not in done.out
+    assert "\noff its path     at most " in stillreach("run", "reach.toml", "--no-plot").out
+
+
 def test_within_moves_the_line_between_arrived_and_not(stillreach):
     off = json.loads(stillreach("run", "too-far.toml", "--no-plot", "--json").out)
     wide = f"{1.01 * off['goal_distance']}m,{1.01 * off['goal_angle']}rad"

@@ -3,6 +3,7 @@
 import warnings
 from dataclasses import replace
 from io import BytesIO
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ import stillreach as sr
 from stillreach.show.comparison import comparison
 from stillreach.show.moments import moments
 from stillreach.show.outcome import outcome
-from stillreach.show.scene import drawn_ticks
+from stillreach.show.scene import drawn_ticks, fit
 from stillreach.show.timeline import STATES
 from stillreach.simulate.summary import summary
 
@@ -158,6 +159,39 @@ def test_an_arm_of_thirty_joints_names_those_that_matter():
     ticks = [text.get_text() for text in figure.axes[4].get_yticklabels()]
     assert "j17" in ticks
     assert len(ticks) < 16
+
+
+@pytest.mark.parametrize(("failing", "named"), [((14, 15), "j15, j16"), (range(9, 15), "j10 … j15")])
+def test_neighbours_among_many_joints_are_named_together(failing, named):
+    of = sr.Scenario(
+        arm=sr.arms.snake(30),
+        start=np.full(30, 0.1),
+        motion=sr.Twist([0, 0.1, 0, 0, 0, 0], duration=0.5),
+        faults=[sr.Fault(joint, at=0.2) for joint in failing],
+    )
+    figure, _ = drawn(of)
+    figure.canvas.draw()
+    labels = figure.axes[4].get_yticklabels()
+    assert named in [label.get_text() for label in labels]
+    boxes = sorted((box.y0, box.y1) for box in (label.get_window_extent() for label in labels))
+    assert all(low <= high for (_, low), (high, _) in pairwise(boxes))
+
+
+@pytest.mark.parametrize("extent", [(3.0, 3.0, 0.5), (3.0, 0.2, 0.2), (0.2, 3.0, 0.2), (0.3, 0.3, 3.0)])
+def test_a_scene_is_inside_the_picture(extent):
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13.0, 7.6))
+    ax = figure.add_axes((-0.06, 0.015, 0.49, 0.87), projection="3d")
+    corners = np.array(list(product(*((0.0, side) for side in extent))))
+    fit(ax, corners)
+    buffer = BytesIO()
+    figure.savefig(buffer, dpi=50)
+    buffer.seek(0)
+    ink = np.any(image.imread(buffer)[..., :3] < 1.0, axis=2)
+    assert np.mean(ink) > 0.01
+    for edge in (ink[:, :2], ink[:2], ink[-2:], ink[:, int(0.475 * ink.shape[1]) :]):
+        assert not np.any(edge)
 
 
 def test_long_runs_are_thinned_from_first_to_last():

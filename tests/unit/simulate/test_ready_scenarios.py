@@ -154,6 +154,7 @@ def test_hot_drives_slow_the_tool_down_and_it_arrives_late_without_leaving_the_l
     assert shift[-1] < 1e-3
     assert np.max(np.linalg.norm(off, axis=1)) < 1e-5
     assert np.max(turn) < 1e-6
+    assert summary(scenario, run).beside < 1e-5
     assert np.all(np.diff(moved @ along) > -1e-6)
     least = sr.simulate(replace(scenario, law=sr.LeastError())).pose[:, :3, 3] - run.pose[0, :3, 3]
     assert np.max(np.linalg.norm(least - np.outer(least @ along / (along @ along), along), axis=1)) > 0.01

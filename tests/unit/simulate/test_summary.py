@@ -157,3 +157,46 @@ def test_an_interrupted_run_has_not_arrived():
 
 
 LABELS = ("joint_names", "joint_units", "attrs")
+
+
+def test_a_tool_that_is_late_is_on_its_path():
+    assert found(along(2.0, arm=rail(velocity_limit=1.0))).beside < 1e-12
+    stuck = along(2.0, arm=rail(velocity_limit=1.0), faults=[sr.Fault("j1")])
+    assert (found(stuck).distance.value, found(stuck).beside) == (pytest.approx(2.0), pytest.approx(0.0, abs=1e-12))
+
+
+@pytest.mark.parametrize("frame", ["base", "tool"])
+def test_how_far_beside_its_path_a_tool_is(frame):
+    """A link of 2 m that runs away from x to y, told to stay or to come in along x by 1 m: known by trigonometry."""
+    angle = 0.5
+    arm = sr.Arm([sr.Joint(axis=(0, 0, 1))], tool=[[1, 0, 0, 2], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+    for speed, expected in ((0.0, 2 * 2.0 * np.sin(angle / 2)), (-1.0, 2.0 * np.sin(angle))):
+        scenario = sr.Scenario(
+            arm=arm,
+            start=[0.0],
+            motion=sr.Twist([speed, 0, 0, 0, 0, 0], duration=1.0),
+            task=sr.Task(rows="position", frame=frame),
+            faults=[sr.Fault("j1", kind=sr.Runaway(angle))],
+            integrator="rk4",
+        )
+        assert found(scenario).beside == pytest.approx(expected, rel=1e-9)
+
+
+def test_rows_that_are_no_task_count_for_nothing_beside_the_path():
+    rows = (True, False, False, False, False, False)
+    arm = sr.arms.planar(1)
+    away = sr.Scenario(
+        arm=arm,
+        start=[0.0],
+        motion=sr.Twist(np.zeros(6), duration=1.0),
+        task=sr.Task(rows=rows),
+        faults=[sr.Fault("j1", kind=sr.Runaway(0.5))],
+        integrator="rk4",
+    )
+    assert found(away).beside == pytest.approx(1.0 - np.cos(0.5), rel=1e-9)
+
+
+def test_a_run_of_one_tick_has_a_summary():
+    scenario = sr.Scenario(arm=rail(), start=[0.0], motion=sr.Twist([1.0, 0, 0, 0, 0, 0]), duration=0.001, task=SLIDE)
+    assert len(sr.simulate(scenario)) == 1
+    assert (found(scenario).beside, found(scenario).way) == (0.0, 0.0)
