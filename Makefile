@@ -11,7 +11,7 @@ LINTED := $(wildcard src tests examples bench scripts docs)
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test bench bench-peers instructions lint cpp-test pytest wheel dev format requirements clean help check-tools
+.PHONY: demo test bench bench-peers why instructions lint cpp-test pytest wheel dev format requirements clean help check-tools
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -52,6 +52,9 @@ instructions: $(STAMPS)/build  ## count the instructions of every kind of tick a
 	$(CMAKE) -S . -B build/cpp -G Ninja -DSTILLREACH_TESTS=ON >/dev/null
 	$(CMAKE) --build build/cpp --target ticks
 	$(BIN)/python -m bench.instructions --store build/cpp/tests/cpp/ticks
+
+why: dev  ## measure what docs/why-it-is-fast.md tells and write it there (needs valgrind); ARGS="--help" for more
+	$(BIN)/python -m bench.why $(ARGS)
 
 wheel: $(STAMPS)/all $(STAMPS)/wheel  ## build the wheel and install it into .venv
 

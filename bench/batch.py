@@ -13,7 +13,7 @@ import os
 import statistics
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from statistics import fmean
 
@@ -21,6 +21,7 @@ import numpy as np
 
 import stillreach as sr
 from bench import operations
+from bench.kernel import kernel_times
 from bench.machine import Peak
 from bench.rows import ROWS, Rows, make_rows
 from bench.timing import Row, machine_note, measure, pin_to_one_core
@@ -47,12 +48,14 @@ QUIET_CLOCK, TWO_THREADS = 3.2, 1.7
 SPARSE = tuple(name for name in LAWS if "closed" not in name and "given" not in name)
 WORKING = (11, 8, 6, 5, 3)
 STEPS = 10
+ALONE = 4096
+"""Rows that the kernel is timed on without Python."""
 CALLS = (1, 4, 16, 64, 256, 1024, 4096, 16384)
 
 
 @dataclass(frozen=True)
 class Figure:
-    """best, median [µs] a row; need [million rows/s]; operations of every row, None if not counted."""
+    """best, median, kernel (alone) [µs] a row; need [million rows/s]; operations of every row, None if not counted."""
 
     table: str
     name: str
@@ -62,6 +65,7 @@ class Figure:
     median: float
     need: float | None = None
     operations: int | None = None
+    kernel: float | None = None
 
     @property
     def rate(self) -> float:
@@ -173,7 +177,7 @@ def call_costs(rows: Rows, repeats: int) -> dict[str, dict[int, float]]:
         run = solver(LAWS[name], rows)
         for count in (c for c in CALLS if c <= len(rows)):
             part, best = slice(0, count), np.inf
-            for _ in range(max(repeats, 2000 // count)):
+            for _ in range(repeats * max(1, 100 // count)):
                 began = time.perf_counter_ns()
                 run(part)
                 best = min(best, time.perf_counter_ns() - began)
@@ -204,7 +208,9 @@ def run(rows: int, repeats: int) -> Result:
     peak, notes, work = Peak(), [machine_note(cores)], make_rows(rows)
     peak.look()
     pieces = min(PIECES, rows)
+    alone = kernel_times(make_rows(min(ALONE, rows)), 10 * repeats)
     figures = timed(law_cases(work), rows, pieces, repeats, peak.look)
+    figures = [replace(one, kernel=alone[one.name]) if one.table == "laws" else one for one in figures]
     few = min(FEW, rows)
     figures += timed(working_cases(few), few, min(pieces, 4), repeats, peak.look)
     calls = call_costs(work, repeats)

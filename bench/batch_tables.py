@@ -17,18 +17,25 @@ def table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
 
 
 def laws(result: Result, figures: list[Figure]) -> str:
-    """Rate, time and cycles of a row, and the share of the peak that the counted operations are."""
-    head = ("one thread", "million rows/s", "median", "ns a row", "cycles", "operations", "share of peak")
+    """Rate, time and cycles of a row, also of the kernel alone; the counted operations as a share of the peak."""
+    head = ["one thread, from Python", "million rows/s", "median", "ns a row", "cycles", "operations", "share of peak"]
+    if any(figure.kernel for figure in figures):
+        head += ["kernel alone: ns a row", "cycles", "share of peak"]
     return table(head, [law_line(result, figure) for figure in figures])
 
 
 def law_line(result: Result, figure: Figure) -> list[str]:
-    cells = [figure.name, f"{figure.rate:.2f}", f"{1.0 / figure.median:.2f}", f"{1e3 * figure.best:.0f}"]
-    cells.append(f"{result.peak.cycles(figure.best):.0f}")
-    if figure.operations is None:
-        return [*cells, "-", "-"]
-    share = figure.operations * 1e-3 / figure.best / result.peak.peak
-    return [*cells, str(figure.operations), f"{100 * share:.0f} %"]
+    """Of `laws`."""
+
+    def cost(time: float) -> list[str]:
+        return [f"{1e3 * time:.0f}", f"{result.peak.cycles(time):.0f}"]
+
+    def share(time: float) -> str:
+        return f"{100 * figure.operations * 1e-3 / time / result.peak.peak:.0f} %" if figure.operations else "-"
+
+    cells = [figure.name, f"{figure.rate:.2f}", f"{1.0 / figure.median:.2f}", *cost(figure.best)]
+    cells += [str(figure.operations or "-"), share(figure.best)]
+    return cells + ([*cost(figure.kernel), share(figure.kernel)] if figure.kernel else [])
 
 
 def working(result: Result) -> str:

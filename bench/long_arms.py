@@ -22,6 +22,8 @@ FROM, ALLOWED = 50, 1.3
 OVER = 1.5
 """How far the pseudoinverse's largest rate is over the limit."""
 PATHS, STEPS = 8, 32
+TOGETHER = 500
+"""Ticks that are timed in one piece, times joints: short enough to fit between what else the machine does."""
 LAWS: dict[str, sr.Law] = {
     "`Pseudoinverse`": sr.Pseudoinverse(),
     "`SingularityRobust`, κ given": sr.SingularityRobust(damping=0.01),
@@ -47,40 +49,46 @@ def work(n: int, seed: int = 7) -> tuple[sr.Arm, np.ndarray, np.ndarray]:
     return arm, q, twist
 
 
-def runs(law: sr.Law, arm: sr.Arm, q: np.ndarray, twist: np.ndarray, *, cold: bool) -> Iterator[Callable[[], float]]:
-    """For each path a function that goes along it and returns what a tick took [µs]."""
+def runs(
+    law: sr.Law, arm: sr.Arm, q: np.ndarray, twist: np.ndarray, *, cold: bool
+) -> Iterator[Callable[[], list[float]]]:
+    """For each path a function that goes along it and returns what a tick took [µs], piece by piece."""
     ctl, rates = sr.Controller(arm, law=law, rate_limits=LIMIT), np.zeros(arm.n)
     for path, direction in zip(q, twist, strict=True):
         ticks = [ctl.bind(q=row, twist=direction, rates=rates) for row in path]
-        yield (lambda ticks=ticks: first_ticks(ctl, ticks)) if cold else (lambda ticks=ticks: warm_ticks(ticks))
+        yield (lambda ticks=ticks: first_ticks(ctl, ticks)) if cold else (lambda ticks=ticks: warm_ticks(ticks, arm.n))
 
 
-def warm_ticks(ticks: list[Tick]) -> float:
-    """The first tick is not counted: it finds the active bounds of its path."""
+def warm_ticks(ticks: list[Tick], n: int) -> list[float]:
+    """The first tick is not counted: it finds the active bounds of its path. Long arms' ticks fill a piece each."""
     ticks[0]()
-    began = time.perf_counter_ns()
-    for tick in ticks[1:]:
-        tick()
-    return (time.perf_counter_ns() - began) / (1e3 * (len(ticks) - 1))
+    times, together = [], max(1, min(len(ticks) - 1, TOGETHER // n))
+    for first in range(1, len(ticks), together):
+        piece = ticks[first : first + together]
+        began = time.perf_counter_ns()
+        for tick in piece:
+            tick()
+        times.append((time.perf_counter_ns() - began) / (1e3 * len(piece)))
+    return times
 
 
-def first_ticks(ctl: sr.Controller, ticks: list[Tick]) -> float:
+def first_ticks(ctl: sr.Controller, ticks: list[Tick]) -> list[float]:
     """Everything is forgotten before each tick; that is not counted."""
-    total = 0
+    times = []
     for tick in ticks[:: len(ticks) // 4]:
         ctl.reset()
         began = time.perf_counter_ns()
         tick()
-        total += time.perf_counter_ns() - began
-    return total / (1e3 * 4)
+        times.append((time.perf_counter_ns() - began) / 1e3)
+    return times
 
 
 def cost(law: sr.Law, n: int, repeats: int, *, cold: bool = False) -> float:
-    """[µs] a tick, the mean over the paths of the minimum over the repeats."""
+    """[µs] a tick, the mean over the pieces of all paths of the minimum over the repeats."""
     best = []
     for run in runs(law, *work(n), cold=cold):
         run()
-        best.append(min(run() for _ in range(repeats)))
+        best.append(np.mean(np.min([run() for _ in range(repeats)], axis=0)))
     return float(np.mean(best))
 
 

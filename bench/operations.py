@@ -23,6 +23,11 @@ def kinematics(n: int) -> int:
     return sines(n) + (n + 1) * (3 * axis + place) + n * (turn + column)
 
 
+def kinematics_of_modules(n: int) -> int:
+    """What code for the paper's arm alone would do: its placements exchange axes and shift along one of them."""
+    return kinematics(n) - (n + 1) * (3 * (3 + 6 * 2) + 9 * 2) + (n + 1) * 3 * 2
+
+
 def gram(k: int, m: int = 6) -> int:
     """lane_solve.hpp, gram: lower triangle of J Jᵀ, and κ on its diagonal."""
     return k * m * (m + 1) + m

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.field import Peer
+from bench.page import put
 from bench.timing import machine_note
 
 BEGIN, END = "<!-- bench-peers -->", "<!-- /bench-peers -->"
@@ -149,8 +150,4 @@ def into_readme(path: Path, text: str) -> None:
     Raises:
         ValueError: the file has no markers.
     """
-    page = path.read_text(encoding="utf-8")
-    if page.count(BEGIN) != 1 or page.count(END) != 1 or page.index(BEGIN) > page.index(END):
-        raise ValueError(f"{path}: expected one line {BEGIN} and, after it, one line {END}")
-    before, rest = page.split(BEGIN)
-    path.write_text(f"{before}{BEGIN}\n{text}\n{END}{rest.split(END)[1]}", encoding="utf-8")
+    put(path, BEGIN, END, text)

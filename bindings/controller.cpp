@@ -23,7 +23,7 @@ bool read_pose(const double* T, double* frame) {
 bool Controller::update_gradient(const double* q, bool raise) {
   double* to = const_cast<double*>(state.null_vector);
   try {
-    nb::object at = new_array(nb::int_(n()));
+    nb::object at = new_vector(n());
     View view;
     view.open(at);
     std::memcpy(view.data(), q, sizeof(double) * n());
@@ -85,10 +85,7 @@ static Solution take_solution(Controller& c, nb::handle out, double* to) {
   Solution s;
   s.metric = c.metric, s.m = m, s.n = n, s.rank_tolerance = c.state.law.rank_tolerance;
   if (out.is_none()) {
-    static PyObject* lengths[64] = {};
-    nb::object length = n < 64 && lengths[n] ? nb::borrow(lengths[n]) : nb::object(nb::int_(n));
-    if (n < 64 && !lengths[n]) lengths[n] = nb::object(length).release().ptr();
-    s.rates = new_array(length);
+    s.rates = new_vector(n);
     View view;
     to = numpy_vector(s.rates, n, true);
     if (!to && view.open(s.rates)) to = view.data();
@@ -96,14 +93,14 @@ static Solution take_solution(Controller& c, nb::handle out, double* to) {
     s.rates = nb::borrow(out);
   }
   std::memcpy(to, c.rates.data(), sizeof(double) * n);
-  s.numbers.reset(new double[Solution::count(m, n)]);
-  s.reasons.reset(new std::int8_t[n]);
+  s.make_room();
   std::memcpy(s.jacobian(), c.state.task_jacobian, sizeof(double) * m * n);
   std::memcpy(s.lower(), c.state.lower, sizeof(double) * n);
   std::memcpy(s.upper(), c.state.upper, sizeof(double) * n);
   std::memcpy(s.twist(), c.state.twist, sizeof(double) * m);
   std::memcpy(s.residual(), c.residual.data(), sizeof(double) * m);
-  for (int i = 0; i < n; ++i) s.reasons[i] = active_reason(c.active[i], c.state.lower_reason[i], c.state.upper_reason[i]);
+  std::int8_t* const reasons = s.reasons();
+  for (int i = 0; i < n; ++i) reasons[i] = active_reason(c.active[i], c.state.lower_reason[i], c.state.upper_reason[i]);
   s.status = c.answer.status, s.iterations = c.answer.iterations, s.damping = c.answer.damping, s.scale = c.answer.scale;
   s.task_error = c.answer.task_error;
   return s;
@@ -251,7 +248,7 @@ void bind_controller(nb::module_& m) {
     return numpy.attr("frombuffer")(nb::bytes(reinterpret_cast<const char*>(s.state.health), s.n()), nb::arg("dtype") = numpy.attr("int8"));
   }, nb::sig("def health(self) -> numpy.typing.NDArray[numpy.int8]"), "(n,) 0 healthy, 1 locked, 2 derated, 3 runaway.");
   c.def_prop_ro("last_rates", [](const Controller& s) {
-    nb::object array = new_array(nb::int_(s.n()));
+    nb::object array = new_vector(s.n());
     View view;
     view.open(array);
     std::memcpy(view.data(), s.state.last, sizeof(double) * s.n());

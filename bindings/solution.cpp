@@ -26,7 +26,7 @@ static nb::object jacobian_out(const Solution& s) {
 
 static nb::object active_out(const Solution& s) {
   nb::object numpy = nb::module_::import_("numpy");
-  return numpy.attr("frombuffer")(nb::bytes(reinterpret_cast<const char*>(s.reasons.get()), s.n), nb::arg("dtype") = numpy.attr("int8"));
+  return numpy.attr("frombuffer")(nb::bytes(reinterpret_cast<const char*>(s.reasons()), s.n), nb::arg("dtype") = numpy.attr("int8"));
 }
 
 // The Jacobian in weighted units, R J C (m, n); with a full joint weight C holds the joint units alone.

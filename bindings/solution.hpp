@@ -10,15 +10,15 @@ struct Solution {
   std::int32_t status;
   int iterations;
   double damping, scale, task_error, rank_tolerance;
-  std::unique_ptr<double[]> numbers;      // jacobian m n (by columns), lower n, upper n, twist m, residual m
-  std::unique_ptr<std::int8_t[]> reasons; // n
+  std::unique_ptr<double[]> numbers;  // jacobian m n (by columns), lower n, upper n, twist m, residual m; reasons n bytes
 
-  static std::size_t count(int m, int n) { return static_cast<std::size_t>(m) * n + 2 * n + 2 * m; }
+  void make_room() { numbers.reset(new double[static_cast<std::size_t>(m) * n + 2 * n + 2 * m + n / 8 + 1]); }
   double* jacobian() const { return numbers.get(); }
   double* lower() const { return jacobian() + static_cast<std::size_t>(m) * n; }
   double* upper() const { return lower() + n; }
   double* twist() const { return upper() + n; }
   double* residual() const { return twist() + m; }
+  std::int8_t* reasons() const { return static_cast<std::int8_t*>(static_cast<void*>(residual() + m)); }
 };
 
 // The Status member for a value; made once each.

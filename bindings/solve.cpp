@@ -8,8 +8,7 @@ static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::ha
   const int m = metric.data->m, n = metric.data->n;
   Solution s;
   s.metric = metric.data, s.m = m, s.n = n, s.rank_tolerance = law.settings.rank_tolerance;
-  s.numbers.reset(new double[Solution::count(m, n)]);
-  s.reasons.reset(new std::int8_t[n]);
+  s.make_room();
   {
     const View rows = strict("J", J, {m, n}, false);
     for (int i = 0; i < n; ++i)
@@ -22,22 +21,23 @@ static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::ha
   if (!reference.is_none()) nearby = strict("reference", reference, {n}, false);
   static thread_local Scratch scratch;
   scratch.fit(n, !metric.data->joints.empty());
-  s.rates = new_array(nb::int_(n));
+  s.rates = new_vector(n);
   View rates;
   rates.open(s.rates);
-  for (int i = 0; i < n; ++i) s.reasons[i] = 0;
+  std::int8_t* const reasons = s.reasons();
+  std::memset(reasons, 0, n);
   if (!start.is_none())
     for (int i = 0; i < n; ++i) {
       const int code = nb::cast<int>(nb::int_(start[i]));
-      s.reasons[i] = static_cast<std::int8_t>(code > 0 ? 1 : code < 0 ? -1 : 0);
+      reasons[i] = static_cast<std::int8_t>(code > 0 ? 1 : code < 0 ? -1 : 0);
     }
   const stillreach::Problem p{m, n, s.jacobian(), s.twist(), s.lower(), s.upper(), reference.is_none() ? nullptr : nearby.data(),
                               metric.data->view()};
-  stillreach::Answer out{rates.data(), s.residual(), s.reasons.get(), nullptr, 0, 0, 0.0, 1.0, 0.0};
+  stillreach::Answer out{rates.data(), s.residual(), reasons, nullptr, 0, 0, 0.0, 1.0, 0.0};
   kernel().solve(law.settings, p, scratch.memory(), out);
   s.status = out.status, s.iterations = out.iterations, s.damping = out.damping, s.scale = out.scale, s.task_error = out.task_error;
   for (int i = 0; i < n; ++i)
-    s.reasons[i] = s.reasons[i] == 2 ? std::int8_t{stillreach::FAULT} : active_reason(s.reasons[i], stillreach::RATE, stillreach::RATE);
+    reasons[i] = reasons[i] == 2 ? std::int8_t{stillreach::FAULT} : active_reason(reasons[i], stillreach::RATE, stillreach::RATE);
   return s;
 }
 

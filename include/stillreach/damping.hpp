@@ -11,6 +11,8 @@ constexpr int kDampingSteps = 100;
 
 struct DampingSearch {
   int k, rank;
+  int count;             // joints that may be over the limit (norm inf)
+  double* terms;         // k x 7: shapes times beta times limit, offset times limit; the first `count` rows are those joints'
   const double* shapes;  // k x 6
   const double* limit;   // k
   const double* offset;  // k or null
@@ -41,22 +43,35 @@ STILLREACH_INLINE void reciprocals(const DampingSearch& d, double kappa, double*
   for (int j = 0; j < d.rank; ++j) inverse[j] = 1.0 / (d.square[j] + kappa);
 }
 
-// Step of the largest |u_i| (norm inf): no joint over its limit can come back under it before its own step.
-inline double step_inf(const DampingSearch& d, double kappa) {
+inline void gather_terms(DampingSearch& d) {
+  d.count = d.k;
+  for (int i = 0; i < d.k; ++i) {
+    double* a = d.terms + 7 * i;
+    for (int j = 0; j < d.rank; ++j) a[j] = d.shapes[6 * i + j] * d.beta[j] * d.limit[i];
+    a[6] = d.offset ? d.offset[i] * d.limit[i] : 0.0;
+  }
+}
+
+// Step of the largest |u_i| (norm inf): no joint over its limit can come back under it before its own step. A joint whose
+// terms without signs are below the limit is never over it at a larger kappa, and looked at no more.
+inline double step_inf(DampingSearch& d, double kappa) {
   double inverse[kRows], step = 0.0;
   reciprocals(d, kappa, inverse);
-  for (int i = 0; i < d.k; ++i) {
-    const double* row = d.shapes + 6 * i;
-    double a[kRows], u = 0.0;
-    for (int j = 0; j < d.rank; ++j) a[j] = row[j] * d.beta[j] * d.limit[i], u = madd(a[j], inverse[j], u);
-    const double offset = d.offset ? d.offset[i] * d.limit[i] : 0.0, sign = u + offset < 0.0 ? -1.0 : 1.0;
-    const double limit = 1.0 - sign * offset;
+  int kept = 0;
+  for (int i = 0; i < d.count; ++i) {
+    const double* term = d.terms + 7 * i;
+    double a[kRows], u = 0.0, most = 0.0;
+    for (int j = 0; j < d.rank; ++j) u = madd(term[j], inverse[j], u), most = madd(magnitude(term[j]), inverse[j], most);
+    const double offset = term[6], sign = u + offset < 0.0 ? -1.0 : 1.0, limit = 1.0 - sign * offset;
+    if (most + magnitude(offset) <= 1.0) continue;
+    for (int j = 0; j < d.rank; ++j) a[j] = sign * term[j];
+    if (kept < i) STILLREACH_LIBRARY(memcpy)(d.terms + 7 * kept, term, 7 * sizeof(double));
+    ++kept;
     if (!(sign * u > limit * (1.0 + 1e-13)) || !(limit > 0.0)) continue;
-    if (sign < 0.0)
-      for (int j = 0; j < d.rank; ++j) a[j] = -a[j];
     const double s = safe_step(d.rank, a, inverse, limit);
     if (s > step) step = s;
   }
+  d.count = kept;
   return step;
 }
 
@@ -96,9 +111,10 @@ inline double safe_side(const DampingSearch& d, int norm, double kappa) {
 }
 
 // Eq. (10): the smallest kappa >= 0 that meets the limit. steps: how many it took; capped: the safe side was taken.
-inline double exact_damping(const DampingSearch& d, int norm, int& steps, bool& capped) {
+inline double exact_damping(DampingSearch& d, int norm, int& steps, bool& capped) {
   double kappa = 0.0;
   capped = false;
+  if (norm == NORM_INF) gather_terms(d);
   for (steps = 1; steps <= kDampingSteps; ++steps) {
     const double step = norm == NORM_2 ? step_2(d, kappa) : step_inf(d, kappa);
     const double next = kappa + step;
@@ -111,22 +127,25 @@ inline double exact_damping(const DampingSearch& d, int norm, int& steps, bool& 
 
 // Eq. (16): kappa = [|V| |U' twist| / 2 dq_max]^2 with both norms inf, or both 2. `square` holds sigma^2.
 inline double closed_form_damping(const DampingSearch& d, int norm) {
-  double left = 0.0, right = 0.0;
+  double left = 0.0, right = 0.0, inverse[kRows];
+  for (int j = 0; j < d.rank; ++j) inverse[j] = 1.0 / square_root(d.square[j]);
   if (norm == NORM_INF) {
     for (int i = 0; i < d.k; ++i) {
       double sum = 0.0;
-      for (int j = 0; j < d.rank; ++j) sum += magnitude(d.shapes[6 * i + j]) * d.limit[i] / square_root(d.square[j]);
-      left = larger(left, sum);
+      for (int j = 0; j < d.rank; ++j) sum = madd(magnitude(d.shapes[6 * i + j]), inverse[j], sum);
+      left = larger(left, sum * d.limit[i]);
     }
     for (int j = 0; j < d.rank; ++j) right = larger(right, magnitude(d.beta[j]));
     return 0.25 * left * left * right * right;
   }
   double product[kRows][kStride] = {};  // (shapes / sigma)' (shapes / sigma); its largest eigenvalue is |V|_2^2
-  for (int i = 0; i < d.k; ++i)
+  for (int i = 0; i < d.k; ++i) {
+    double row[kRows];
+    for (int a = 0; a < d.rank; ++a) row[a] = d.shapes[6 * i + a] * inverse[a] * d.limit[i];
     for (int a = 0; a < d.rank; ++a)
-      for (int b = 0; b < d.rank; ++b)
-        product[a][b] += d.shapes[6 * i + a] * d.limit[i] / square_root(d.square[a]) * (d.shapes[6 * i + b] * d.limit[i] / square_root(d.square[b]));
-  jacobi(d.rank, product, nullptr);  // symmetric: its singular values are its eigenvalues
+      for (int b = 0; b < d.rank; ++b) product[a][b] = madd(row[a], row[b], product[a][b]);
+  }
+  jacobi(product, nullptr);  // symmetric: its singular values are its eigenvalues
   for (int a = 0; a < d.rank; ++a) {
     double sum = 0.0;
     for (int b = 0; b < d.rank; ++b) sum = madd(product[a][b], product[a][b], sum);

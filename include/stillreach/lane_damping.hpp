@@ -9,39 +9,42 @@ STILLREACH_BEGIN
 // jacobi() of spectrum.hpp without the rotations' product, in the lanes of `where`.
 template <int M>
 inline void jacobi(Mask where, Pack (*triangle)[M]) {
-  static const signed char pairs[15][2] = {{0, 1}, {2, 3}, {4, 5}, {0, 2}, {1, 4}, {3, 5}, {0, 4}, {1, 3},
-                                           {2, 5}, {0, 5}, {1, 2}, {3, 4}, {0, 3}, {1, 5}, {2, 4}};
-  for (int sweep = 0; sweep < 30 && any(where); ++sweep) {
-    Mask rotated = no_lane();
-    for (const auto& pair : pairs) {
-      if (pair[0] >= M || pair[1] >= M) continue;
-      Pack *P = triangle[pair[0]], *Q = triangle[pair[1]];
-      const auto product = [](const Pack* a, const Pack* b) {  // in the order of the single tick's packs
-        Pack part[4];
-        for (int r = 0; r < 4; ++r) part[r] = r < M ? a[r] * b[r] : zero_pack();
-        for (int r = 4; r < M; ++r) part[r - 4] = madd(a[r], b[r], part[r - 4]);
-        return (part[0] + part[2]) + (part[1] + part[3]);
-      };
-      const Pack pp = product(P, P), qq = product(Q, Q), pq = product(P, Q);
-      const Mask here = where & (pq * pq > broadcast(1e-31) * pp * qq);
+  const auto product = [](const Pack* a, const Pack* b) {  // in the order of the single tick's packs
+    Pack part[4];
+    for (int r = 0; r < 4; ++r) part[r] = r < M ? a[r] * b[r] : zero_pack();
+    for (int r = 4; r < M; ++r) part[r - 4] = madd(a[r], b[r], part[r - 4]);
+    return (part[0] + part[2]) + (part[1] + part[3]);
+  };
+  for (int sweep = 0; sweep < kSweeps && any(where); ++sweep) {
+    Mask restless = no_lane();
+    for (const auto& round : kTournament) {
+      Rotations turn[3] = {};
+      Mask here = no_lane();
+      STILLREACH_UNROLL for (int i = 0; i < 3; ++i) {
+        if (round[i][0] >= M || round[i][1] >= M) continue;
+        const Pack *P = triangle[round[i][0]], *Q = triangle[round[i][1]];
+        turn[i] = rotations(product(P, P), product(Q, Q), product(P, Q), where);
+        here |= turn[i].here, restless |= turn[i].large;
+      }
       if (!any(here)) continue;
-      rotated |= here;
-      const Pack d = qq - pp, twice = broadcast(2.0) * pq, h = square_root(madd(d, d, twice * twice));
-      const Pack t = select(d < zero_pack(), -twice, twice) / (magnitude(d) + h);
-      const Pack c = broadcast(1.0) / square_root(madd(t, t, broadcast(1.0))), s = c * t;
-      for (int r = 0; r < M; ++r) {
-        const Pack a = P[r], b = Q[r];
-        P[r] = select(here, madd(c, a, -(s * b)), a), Q[r] = select(here, madd(s, a, c * b), b);
+      STILLREACH_UNROLL for (int i = 0; i < 3; ++i) {
+        if (round[i][0] >= M || round[i][1] >= M) continue;
+        Pack *P = triangle[round[i][0]], *Q = triangle[round[i][1]];
+        for (int r = 0; r < M; ++r) {
+          const Pack a = P[r], b = Q[r];
+          P[r] = madd(turn[i].c, a, -(turn[i].s * b)), Q[r] = madd(turn[i].s, a, turn[i].c * b);
+        }
       }
     }
-    where &= rotated;
+    where &= restless;
   }
 }
 
 template <int M>
 struct LaneDamping {
   int k;
-  Pack* terms;   // k x M: shapes times beta times limit
+  int count;     // joints that may be over the limit
+  Pack* terms;   // k x M: shapes times beta times limit; the first `count` rows are those joints'
   Pack* shapes;  // k x M
   const Pack* limit;
   Pack beta[M], square[M];
@@ -68,8 +71,10 @@ inline Mask sort_spectrum(Pack (*triangle)[M], double threshold, Pack* sigma) {
     }
   Mask good = sigma[M - 1] > broadcast(threshold) * sigma[0];
   for (int j = 0; j + 1 < M; ++j) good &= sigma[j] > sigma[j + 1];
-  for (int j = 0; j < M; ++j)
-    for (int r = 0; r < M; ++r) triangle[j][r] = triangle[j][r] / sigma[j];
+  for (int j = 0; j < M; ++j) {
+    const Pack inverse = broadcast(1.0) / sigma[j];
+    for (int r = 0; r < M; ++r) triangle[j][r] *= inverse;
+  }
   return good;
 }
 
@@ -93,14 +98,18 @@ STILLREACH_INLINE Pack safe_step(Mask where, const Pack* a, const Pack* inverse,
 }
 
 template <int M>
-inline Pack step_inf(const LaneDamping<M>& d, Mask where, Pack kappa) {
+inline Pack step_inf(LaneDamping<M>& d, Mask where, Pack kappa) {
   const Pack one = broadcast(1.0), zero = zero_pack();
   Pack inverse[M], step = zero;
   for (int j = 0; j < M; ++j) inverse[j] = one / (d.square[j] + kappa);
-  for (int i = 0; i < d.k; ++i) {
+  int kept = 0;
+  for (int i = 0; i < d.count; ++i) {
     const Pack* a = d.terms + M * i;
-    Pack u = zero;
-    STILLREACH_UNROLL for (int j = 0; j < M; ++j) u = madd(a[j], inverse[j], u);
+    Pack u = zero, most = zero;
+    STILLREACH_UNROLL for (int j = 0; j < M; ++j) u = madd(a[j], inverse[j], u), most = madd(magnitude(a[j]), inverse[j], most);
+    if (!any(where & (most > one))) continue;
+    if (kept < i) STILLREACH_LIBRARY(memcpy)(d.terms + M * kept, a, sizeof(Pack) * M);
+    ++kept;
     const Mask negative = u < zero;
     const Mask over = where & (magnitude(u) > broadcast(1.0 + 1e-13));
     if (!any(over)) continue;
@@ -109,12 +118,13 @@ inline Pack step_inf(const LaneDamping<M>& d, Mask where, Pack kappa) {
     const Pack s = safe_step<M>(over, b, inverse, one);
     step = select(s > step, s, step);
   }
+  d.count = kept;
   return step;
 }
 
 // Eq. (10). settled: the lanes that found their factor within the steps allowed.
 template <int M>
-inline Pack exact_damping(const LaneDamping<M>& d, Mask where, Pack& steps, Mask& settled) {
+inline Pack exact_damping(LaneDamping<M>& d, Mask where, Pack& steps, Mask& settled) {
   Pack kappa = zero_pack();
   steps = zero_pack(), settled = no_lane();
   for (int count = 1; count <= kDampingSteps; ++count) {
@@ -131,12 +141,12 @@ inline Pack exact_damping(const LaneDamping<M>& d, Mask where, Pack& steps, Mask
 // Eq. (16).
 template <int M>
 inline Pack closed_form_damping(const LaneDamping<M>& d) {
-  Pack left = zero_pack(), right = zero_pack(), root[M];
-  for (int j = 0; j < M; ++j) root[j] = square_root(d.square[j]);
+  Pack left = zero_pack(), right = zero_pack(), inverse[M];
+  for (int j = 0; j < M; ++j) inverse[j] = broadcast(1.0) / square_root(d.square[j]);
   for (int i = 0; i < d.k; ++i) {
     Pack sum = zero_pack();
-    for (int j = 0; j < M; ++j) sum += magnitude(d.shapes[M * i + j]) * d.limit[i] / root[j];
-    left = larger(left, sum);
+    for (int j = 0; j < M; ++j) sum = madd(magnitude(d.shapes[M * i + j]), inverse[j], sum);
+    left = larger(left, sum * d.limit[i]);
   }
   for (int j = 0; j < M; ++j) right = larger(right, magnitude(d.beta[j]));
   return broadcast(0.25) * left * left * right * right;
@@ -157,7 +167,7 @@ inline Mask choose_damping(bool exact, double rank_tolerance, const Pack* const*
   jacobi<M>(where, triangle);
   where &= sort_spectrum<M>(triangle, rank_tolerance, sigma);
   LaneDamping<M> d;
-  d.k = k, d.shapes = shapes, d.terms = terms, d.limit = limit;
+  d.k = d.count = k, d.shapes = shapes, d.terms = terms, d.limit = limit;
   for (int j = 0; j < M; ++j) d.beta[j] = dot<M>(triangle[j], rhs), d.square[j] = sigma[j] * sigma[j];
   for (int i = 0; i < k; ++i)
     for (int j = 0; j < M; ++j) {

@@ -11,6 +11,29 @@ constexpr int kSidePasses = 12;
 constexpr int kFreePasses = 4;  // after these a joint that changes sides keeps the smaller of its two bounds
 constexpr double kLimitSlack = 1e-13;
 
+// w.shapes: the part of each singular direction in each joint's column, zeros from the rank on. Rows are 6 apart.
+template <int M>
+inline void write_shapes(Rows<M> m, const Spectrum& sp, int k, Workspace& w) {
+  if (sp.columns > 0) {
+    for (int j = 0; j < kRows; ++j) {
+      if (j < sp.rank) apply_reflections(sp, sp.right[j], w.target);
+      for (int i = 0; i < k; ++i) w.shapes[6 * i + j] = j < sp.rank ? w.target[i] * sp.sigma[j] : 0.0;
+    }
+    return;
+  }
+  double across[kRows][kStride] = {};  // left singular vectors, by rows
+  for (int j = 0; j < sp.rank; ++j)
+    for (int r = 0; r < m(); ++r) across[r][j] = sp.left[j][r];
+  for (int i = 0; i < k; ++i) {
+    Pack low = {}, high = {};
+    for (int r = 0; r < m(); ++r) {
+      const Pack a = broadcast(w.columns[i * kStride + r]);
+      low = madd(a, load(across[r]), low), high = madd(a, load(across[r] + 4), high);
+    }
+    store(w.shapes + 6 * i, low), store(w.shapes + 6 * i + 4, high);  // the next row overwrites the last two
+  }
+}
+
 // The damping factor that a law's settings ask for, given the undamped answer in w.z (scaled rates x) and `in`.
 // Writes the damped answer to w.z where the factor is not 0.
 template <int M>
@@ -30,13 +53,9 @@ inline double choose_damping(Rows<M> m, const LawSettings& law, const System& s,
     spectrum(m(), w.columns, nullptr, s.k, law.rank_tolerance, w.work, in.spectrum);
   const Spectrum& sp = in.spectrum;
   DampingSearch d;
-  d.k = s.k, d.rank = sp.rank, d.shapes = w.shapes, d.limit = w.limit, d.offset = offset ? w.offset : nullptr;
+  d.k = s.k, d.rank = sp.rank, d.shapes = w.shapes, d.terms = w.work, d.limit = w.limit, d.offset = offset ? w.offset : nullptr;
   for (int j = 0; j < sp.rank; ++j) d.beta[j] = dot(m, sp.left[j], s.rhs), d.square[j] = sp.sigma[j] * sp.sigma[j];
-  for (int j = 0; j < 6; ++j) {
-    if (j < sp.rank && sp.columns > 0) apply_reflections(sp, sp.right[j], w.target);
-    for (int i = 0; i < s.k; ++i)
-      w.shapes[6 * i + j] = j >= sp.rank ? 0.0 : sp.columns > 0 ? w.target[i] * sp.sigma[j] : dot(m, w.columns + i * kStride, sp.left[j]);
-  }
+  write_shapes(m, sp, s.k, w);
   if (s.full) solve_triangle(s.k, w.triangle, true, 6, w.shapes);
   double kappa;
   if (law.damping == DAMPING_EXACT) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "factor.hpp"
+#include "rotations.hpp"
 
 STILLREACH_BEGIN
 
@@ -19,40 +20,31 @@ struct Spectrum {
   const double* reflections;
 };
 
-// Reduces the columns of `triangle` (count vectors, zeros behind their m entries) to orthogonal ones: sigma_j times the
-// left singular vectors. In the order of a tournament, so that neighbouring rotations do not wait for each other.
-// right, unless null: receives the product of the rotations, by columns.
-inline void jacobi(int count, double (*triangle)[kStride], double (*right)[kStride]) {
+// Reduces the columns of `triangle` (count vectors, zeros behind their m entries; zeros behind the count) to orthogonal
+// ones: sigma_j times the left singular vectors. right, unless null: receives the product of the rotations, by columns.
+inline void jacobi(double (*triangle)[kStride], double (*right)[kStride]) {
   if (right)
     for (int j = 0; j < kRows; ++j)
       for (int r = 0; r < kStride; ++r) right[j][r] = r == j ? 1.0 : 0.0;
-  static const signed char pairs[15][2] = {{0, 1}, {2, 3}, {4, 5}, {0, 2}, {1, 4}, {3, 5}, {0, 4}, {1, 3},
-                                           {2, 5}, {0, 5}, {1, 2}, {3, 4}, {0, 3}, {1, 5}, {2, 4}};
-  for (int sweep = 0; sweep < 30; ++sweep) {
-    bool rotated = false;
-    for (const auto& pair : pairs) {
-      const int p = pair[0], q = pair[1];
-      if (p >= count || q >= count) continue;
-      double *P = triangle[p], *Q = triangle[q];
-      const Pack a0 = load(P), a1 = load(P + 4), b0 = load(Q), b1 = load(Q + 4);
-      const Pack aa = madd(a1, a1, a0 * a0), bb = madd(b1, b1, b0 * b0), ab = madd(a1, b1, a0 * b0);
-      const double pp = (aa[0] + aa[2]) + (aa[1] + aa[3]), qq = (bb[0] + bb[2]) + (bb[1] + bb[3]);
-      const double pq = (ab[0] + ab[2]) + (ab[1] + ab[3]);
-      if (!(pq * pq > 1e-31 * pp * qq)) continue;  // also where one of the columns is 0
-      rotated = true;
-      // t = sign(d) 2 pq / (|d| + sqrt(d^2 + 4 pq^2)), d = qq - pp
-      const double d = qq - pp, twice = 2.0 * pq, h = square_root(madd(d, d, twice * twice));
-      const double t = (d < 0.0 ? -twice : twice) / (magnitude(d) + h);
-      const double c = 1.0 / square_root(madd(t, t, 1.0)), s = c * t;
-      const Pack C = broadcast(c), S = broadcast(s);
-      store(P, madd(C, a0, -(S * b0))), store(P + 4, madd(C, a1, -(S * b1)));
-      store(Q, madd(S, a0, C * b0)), store(Q + 4, madd(S, a1, C * b1));
-      if (!right) continue;
-      const Pack r0 = load(right[p]), r1 = load(right[p] + 4), t0 = load(right[q]), t1 = load(right[q] + 4);
-      store(right[p], madd(C, r0, -(S * t0))), store(right[p] + 4, madd(C, r1, -(S * t1)));
-      store(right[q], madd(S, r0, C * t0)), store(right[q] + 4, madd(S, r1, C * t1));
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    Mask restless = no_lane();
+    for (const auto& round : kTournament) {  // its three pairs of columns in the lanes of a pack
+      Pack pp[4] = {}, qq[4] = {}, pq[4] = {};
+      for (int i = 0; i < 3; ++i) {
+        const double *P = triangle[round[i][0]], *Q = triangle[round[i][1]];
+        const Pack a0 = load(P), a1 = load(P + 4), b0 = load(Q), b1 = load(Q + 4);
+        pp[i] = madd(a1, a1, a0 * a0), qq[i] = madd(b1, b1, b0 * b0), pq[i] = madd(a1, b1, a0 * b0);
+      }
+      const Rotations turn = rotations(sums(pp), sums(qq), sums(pq), every_lane());
+      if (!any(turn.here)) continue;
+      restless |= turn.large;
+      for (int i = 0; i < 3; ++i) {
+        const Pack c = broadcast(turn.c[i]), s = broadcast(turn.s[i]);
+        rotate(c, s, triangle[round[i][0]], triangle[round[i][1]]);
+        if (right) rotate(c, s, right[round[i][0]], right[round[i][1]]);
+      }
     }
-    if (!rotated) return;
+    if (!any(restless)) return;
   }
 }
 
@@ -74,11 +66,29 @@ inline void finish_spectrum(int m, int count, double (*triangle)[kStride], const
   for (int j = 0; j < count; ++j) {
     const double sigma = length[order[j]];
     s.sigma[j] = sigma;
-    for (int r = 0; r < m; ++r) s.left[j][r] = sigma > 0.0 ? triangle[order[j]][r] / sigma : 0.0;
+    const double inverse = sigma > 1e-300 ? 1.0 / sigma : 0.0;
+    for (int r = 0; r < m; ++r) s.left[j][r] = triangle[order[j]][r] * inverse;
     if (right)
       for (int r = 0; r < kStride; ++r) s.right[j][r] = right[order[j]][r];
     if (sigma > cut && sigma > 0.0) s.rank = j + 1;
   }
+}
+
+STILLREACH_INLINE double dot(int first, int count, const double* a, const double* b) {
+  Pack sum = {}, next = {};
+  int i = first;
+  for (; i + 8 <= count; i += 8) sum = madd(load(a + i), load(b + i), sum), next = madd(load(a + i + 4), load(b + i + 4), next);
+  sum += next;
+  double rest = (sum[0] + sum[2]) + (sum[1] + sum[3]);
+  for (; i < count; ++i) rest = madd(a[i], b[i], rest);
+  return rest;
+}
+
+// b += factor a
+STILLREACH_INLINE void add(int first, int count, double factor, const double* a, double* b) {
+  int i = first;
+  for (const Pack f = broadcast(factor); i + 4 <= count; i += 4) store(b + i, madd(f, load(a + i), load(b + i)));
+  for (; i < count; ++i) b[i] = madd(factor, a[i], b[i]);
 }
 
 // columns: as in gram(). work: m * count numbers. threshold: relative where >= 0, absolute (its negative) otherwise.
@@ -99,8 +109,7 @@ inline STILLREACH_NOINLINE void spectrum(int m, const double* columns, const int
     int best = j;
     double best_norm = -1.0;
     for (int c = j; c < m; ++c) {
-      double norm = 0.0;
-      for (int i = j; i < count; ++i) norm = madd(work[pivot[c] * count + i], work[pivot[c] * count + i], norm);
+      const double norm = dot(j, count, work + pivot[c] * count, work + pivot[c] * count);
       if (norm > best_norm) best_norm = norm, best = c;
     }
     const int swap = pivot[j];
@@ -114,16 +123,14 @@ inline STILLREACH_NOINLINE void spectrum(int m, const double* columns, const int
     s.head[j] = head, s.factor[j] = scale;
     for (int c = j + 1; c < m; ++c) {
       double* w = work + pivot[c] * count;
-      double sum = head * w[j];
-      for (int i = j + 1; i < count; ++i) sum = madd(v[i], w[i], sum);
-      sum *= scale;
-      w[j] = madd(-sum, head, w[j]);
-      for (int i = j + 1; i < count; ++i) w[i] = madd(-sum, v[i], w[i]);
+      const double part = madd(head, w[j], dot(j + 1, count, v, w)) * scale;
+      w[j] = madd(-part, head, w[j]);
+      add(j + 1, count, -part, v, w);
       triangle[j][pivot[c]] = w[j];
     }
   }
   double right[kRows][kStride];
-  jacobi(steps, triangle, right);
+  jacobi(triangle, right);
   finish_spectrum(m, steps, triangle, right, threshold, s);
 }
 
@@ -133,11 +140,9 @@ inline void apply_reflections(const Spectrum& s, const double* y, double* z) {
   for (int j = s.count - 1; j >= 0; --j) {
     if (s.factor[j] == 0.0) continue;
     const double* v = s.reflections + s.pivot[j] * s.columns;
-    double sum = s.head[j] * z[j];
-    for (int i = j + 1; i < s.columns; ++i) sum = madd(v[i], z[i], sum);
-    sum *= s.factor[j];
-    z[j] = madd(-sum, s.head[j], z[j]);
-    for (int i = j + 1; i < s.columns; ++i) z[i] = madd(-sum, v[i], z[i]);
+    const double part = madd(s.head[j], z[j], dot(j + 1, s.columns, v, z)) * s.factor[j];
+    z[j] = madd(-part, s.head[j], z[j]);
+    add(j + 1, s.columns, -part, v, z);
   }
 }
 
@@ -150,7 +155,7 @@ inline void spectrum(int m, const Factor& f, double threshold, Spectrum& s) {
     triangle[j][j] = root;
     for (int i = j + 1; i < m; ++i) triangle[j][i] = f.lower[i][j] * root;
   }
-  jacobi(m, triangle, nullptr);
+  jacobi(triangle, nullptr);
   finish_spectrum(m, m, triangle, nullptr, threshold, s);
   s.columns = 0;
 }

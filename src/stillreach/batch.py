@@ -15,7 +15,7 @@ from stillreach.arm import Arm
 from stillreach.bounds import Bounds
 from stillreach.errors import InputError
 from stillreach.laws import Law
-from stillreach.task import Task, Weights
+from stillreach.task import UNIT_WEIGHTS, Task
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +147,7 @@ def task_of(arm: Arm, law: Law, task: Any) -> tuple[_core.Metric, _core.ArmModel
         raise InputError("weights", "different weights of law and task", "weights in one of them")
     rows = asked.indices
     prismatic = [joint.kind == "prismatic" for joint in arm.joints]
-    metric = (law.weights or asked.weights or Weights()).metric([row < 3 for row in rows], prismatic, rows)
+    metric = (law.weights or asked.weights or UNIT_WEIGHTS).metric([row < 3 for row in rows], prismatic, rows)
     return metric, (arm if asked.tool is None else arm.with_tool(arm.tool @ asked.tool)).model, asked
 
 

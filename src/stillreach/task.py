@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -59,6 +60,11 @@ class Weights:
         Raises:
             InputError: a weight of another size.
         """
+        return _metric(self, tuple(linear_rows), tuple(prismatic), None if rows is None else tuple(rows))
+
+    def _metric(
+        self, linear_rows: tuple[bool, ...], prismatic: tuple[bool, ...], rows: tuple[int, ...] | None
+    ) -> Metric:
         m, n = len(linear_rows), len(prismatic)
         units = np.where(np.asarray(prismatic, dtype=bool), self.length, self.angle)
         row_units = np.where(np.asarray(linear_rows, dtype=bool), self.length, self.angle)
@@ -80,6 +86,18 @@ class Weights:
             columns=None if np.all(columns == 1.0) else columns,
             joints=full,
         )
+
+
+UNIT_WEIGHTS = Weights()
+"""One metre, one radian, all equal."""
+
+
+@lru_cache(maxsize=64)
+def _metric(
+    weights: Weights, linear_rows: tuple[bool, ...], prismatic: tuple[bool, ...], rows: tuple[int, ...] | None
+) -> Metric:
+    """The last ones made are kept: a loop of single calls asks for the same one again and again."""
+    return weights._metric(linear_rows, prismatic, rows)
 
 
 def _positive_definite(name: str, value: Any) -> FloatArray:

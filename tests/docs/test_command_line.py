@@ -46,7 +46,7 @@ def listed(text: str) -> set[str]:
 
 
 def test_the_page_shows_every_step() -> None:
-    assert [block.code.split()[1] for block in SHOWN] == ["inspect", "run", "compare", "run", "run"]
+    assert [block.code.split()[1] for block in SHOWN] == ["inspect", "run", "run", "compare", "run"]
 
 
 @pytest.mark.parametrize("block", SHOWN, ids=lambda block: f"line-{block.line}")
@@ -87,4 +87,4 @@ def test_the_exit_codes_are_those_of_the_page() -> None:
     from stillreach.cli import _exit
 
     told = {int(code) for code in re.findall(r"^\| (\d+) \|", PAGE, re.MULTILINE)}
-    assert told == {_exit.DONE, _exit.NOT_FINISHED, _exit.USER, _exit.BUG, _exit.CTRL_C}
+    assert told == {_exit.DONE, _exit.NOT_FINISHED, _exit.USER, _exit.BUG, _exit.CTRL_C, _exit.BROKEN_PIPE}

@@ -1,10 +1,12 @@
 """Many spoiled files in a process that may crash or hang without taking the count with it."""
 
 import contextlib
+import faulthandler
 import multiprocessing
 import os
 import random
 import resource
+import signal
 import tempfile
 import time
 import traceback
@@ -19,6 +21,8 @@ SLOW = 1.0
 """[s] of processor time that a call about a file may take."""
 SILENCE = 60.0
 """[s] without a report after which a process is ended."""
+GRACE = 5.0
+"""[s] that it has then to report: a machine that was asleep wakes up with the silence over."""
 MEMORY = 2 * 2**30
 """[bytes] that reading may take on top of what is there at the start."""
 REPORTED = 1.0
@@ -81,25 +85,29 @@ class Job:
         """The spoiled file of a number, and the generator that made it."""
         return made(self.name, self.kind, sound, self.seed, index)
 
-    def keep(self, index, what, data, error=None):
-        """Puts a file that failed where it can be looked at."""
+    def keep(self, index, what, data, trace=""):
+        """Puts a file that failed where it can be looked at, and where in the code that was."""
         if self.save is None:
             return
         Path(self.save).mkdir(parents=True, exist_ok=True)
         path = Path(self.save) / f"{self.name}-{self.seed}-{index}{self.kind.suffix}"
         path.write_bytes(data)
-        trace = "".join(traceback.format_exception(error)) if error else ""
         path.with_suffix(".txt").write_text(f"{what}\n{trace}", encoding="utf-8", errors="backslashreplace")
 
 
 def campaign(job, files, progress=lambda tally: None, silence=SILENCE):
     """The tally of files 0 to `files` - 1; `progress` is called with what there is of it now and then."""
+    with tempfile.TemporaryDirectory() as folder:
+        return _campaign(job, files, progress, silence, Path(folder) / "stacks")
+
+
+def _campaign(job, files, progress, silence, stacks):
     tally, start, skip = Tally(), 0, set()
     spawn = multiprocessing.get_context("spawn")
     while start < files:
         mine, theirs = spawn.Pipe(duplex=False)
         current = spawn.Value("q", start)
-        worker = spawn.Process(target=work, args=(job, range(start, files), skip, current, theirs))
+        worker = spawn.Process(target=work, args=(job, range(start, files), skip, current, theirs, stacks))
         worker.start()
         theirs.close()
         for done, part in reports(mine, SILENCE, silence):
@@ -108,12 +116,13 @@ def campaign(job, files, progress=lambda tally: None, silence=SILENCE):
             progress(tally)
         worker.join(1.0)
         hung = worker.is_alive()
+        stood = where_it_stands(worker, stacks) if hung else ""
         worker.kill()
         worker.join()
         if start < files:
             skip.add(index := current.value)
             what = "hang" if hung else f"crash: exit code {worker.exitcode}"
-            job.keep(index, what, job.file(index, job.kind.files())[0])
+            job.keep(index, what, job.file(index, job.kind.files())[0], stood)
             tally.add(index, what)
     return tally
 
@@ -122,13 +131,23 @@ def reports(pipe, first, later):
     """What a worker reports, until it ends, crashes or is silent for too long [s]: the first time, and later."""
     silence = first
     with contextlib.suppress(EOFError):
-        while pipe.poll(silence):
+        while pipe.poll(silence) or pipe.poll(GRACE):
             yield pipe.recv()
             silence = later
 
 
-def work(job, indices, skip, current, pipe):
-    """Reads the files, in a process of its own."""
+def where_it_stands(worker, stacks):
+    """What a worker that hangs is doing: its processor time, and the lines of Python that it is in."""
+    times = os.sysconf("SC_CLK_TCK")
+    fields = Path(f"/proc/{worker.pid}/stat").read_text().rpartition(")")[2].split()
+    os.kill(worker.pid, signal.SIGUSR1)
+    time.sleep(0.5)
+    return f"{(int(fields[11]) + int(fields[12])) / times:.1f} s of processor time\n{stacks.read_text()}"
+
+
+def work(job, indices, skip, current, pipe, stacks):
+    """Reads the files, in a process of its own; SIGUSR1 makes it write into the file `stacks` where it stands."""
+    faulthandler.register(signal.SIGUSR1, stacks.open("w"), all_threads=True)
     sound, tally, reported = job.kind.files(), Tally(), time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         corpus.set_out(folder)
@@ -143,7 +162,7 @@ def work(job, indices, skip, current, pipe):
             what, error, seconds = outcome(job.kind, path, rng)
             what = tally.add(index, what, seconds)
             if what not in SOUND:
-                job.keep(index, what, data, error)
+                job.keep(index, what, data, "".join(traceback.format_exception(error)) if error else "")
             if time.monotonic() - reported > REPORTED:
                 pipe.send((index + 1, tally))
                 tally, reported = Tally(), time.monotonic()

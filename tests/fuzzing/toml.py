@@ -192,12 +192,20 @@ def _change(rng, holder, _):
     old = holder[place]
     if isinstance(old, float | int) and not isinstance(old, bool) and rng.random() < 0.6:
         holder[place] = rng.choice(
-            (rng.choice(NUMBERS), old * rng.uniform(-2.0, 2.0), -old, old + 1, int(min(1e9, abs(old))))
+            (rng.choice(NUMBERS), _scaled(old, rng.uniform(-2.0, 2.0)), -old, old + 1, int(min(1e9, abs(old))))
         )
     elif isinstance(old, str) and rng.random() < 0.7:
         holder[place] = rng.choice((_misspelt(rng, old), rng.choice(WORDS), rng.choice(hostile.TEXTS)))
     else:
         holder[place] = _fresh(rng)
+
+
+def _scaled(number, factor):
+    """The product, also of integers beyond any float."""
+    try:
+        return number * factor
+    except OverflowError:
+        return number * int(10.0 * factor)
 
 
 def _fresh(rng):

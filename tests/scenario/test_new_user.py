@@ -65,12 +65,13 @@ def test_the_elbow_is_what_this_robot_can_spare_least(desk):
 
 def test_then_the_elbow_fails(desk):
     done = shell(desk, "run", "panda-elbow")
-    assert done.returncode in (0, 1)
-    assert done.stderr == ""
+    assert (done.returncode, done.stderr) == (0, "")  # the arm finishes its work
     folder = desk / "out" / "panda-elbow"
     found = json.loads((folder / "summary.json").read_text())
     assert [fault["joint"] for fault in found["faults"]] == [ELBOW]
-    assert done.returncode == (0 if found["finished"] else 1)
+    assert found["finished"]
+    assert found["goal_distance"] < 1e-3
+    assert "\narrived          yes, " in done.stdout
     assert f"{ELBOW} locked from {found['faults'][0]['at']:g} s on" in done.stdout
     for row in ("arrived", "farthest off", "largest rate", "status", "held back", "lost at the end"):
         assert f"\n{row}" in done.stdout
@@ -87,9 +88,6 @@ def test_then_laws_are_compared(desk):
     assert (done.returncode, done.stderr) == (0, "")
     folder = desk / "out" / "panda-elbow"
     found = json.loads((folder / "compare.json").read_text())["laws"]
-    for law in ("least-error", "keep-direction"):
-        assert found[law]["largest_rate"]["of_limit"] <= 1.0
-    assert found["pseudoinverse"]["largest_rate"]["of_limit"] > 10.0  # why one does not use it
     rows = [line.split()[:2] for line in done.stdout.splitlines()]
     for law, told in found.items():
         assert [law, "yes" if told["finished"] else "NO"] in rows
@@ -97,6 +95,17 @@ def test_then_laws_are_compared(desk):
     picture = pixels(folder / "compare.png")
     for colour in ((0x1B, 0x4F, 0x8A), (0xC8, 0x50, 0x1E), (0x2F, 0x7D, 0x4F)):
         assert shows(picture, colour)
+
+
+def test_then_the_wrist_gets_hot_too(desk):
+    laws = "least-error,keep-direction,pseudoinverse"
+    hot = ("compare", "panda-elbow", "--laws", laws, "--fail", "panda_joint6@2:derated=0.1", "--no-plot")
+    done = shell(desk, *hot, "--out", "out/hot")
+    found = json.loads((desk / "out" / "hot" / "compare.json").read_text())["laws"]
+    for law in ("least-error", "keep-direction"):
+        assert found[law]["largest_rate"]["of_limit"] <= 1.0
+    assert found["pseudoinverse"]["largest_rate"]["of_limit"] > 1.5  # why one does not use it
+    assert "above 100 %: drives cannot follow" in done.stdout
 
 
 def test_then_the_user_breaks_another_joint_of_their_own_choice(desk):

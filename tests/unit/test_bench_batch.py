@@ -1,14 +1,16 @@
 """The batch's benchmark: its rows, its count of operations, its tables, what it tells apart in instructions."""
 
 import json
-from dataclasses import replace
+import re
+from dataclasses import asdict, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import stillreach as sr
-from bench import batch_tables, operations, stages
+from bench import batch_tables, kernel, operations, stages, why
 from bench.batch import Case, Result, call_costs, law_cases, solver, thread_cases, timed, working_cases
 from bench.machine import Peak
 from bench.rows import make_rows
@@ -129,12 +131,13 @@ def test_operations_grow_linearly_with_joints() -> None:
         assert count(30) - count(20) == count(20) - count(10)
 
 
-def result(peak: Peak | None = None) -> Result:
+@cache
+def result() -> Result:
     rows = make_rows(40)
     figures = (
         timed(law_cases(rows), 40, 2, 1) + timed(working_cases(20), 20, 2, 1) + timed(thread_cases(rows), 40, 2, 1)
     )
-    return Result(40, 1, figures, call_costs(rows, 1), peak or Peak(3.0, 48.0, 0.0), ["before.", "after."])
+    return Result(40, 1, figures, call_costs(rows, 1), Peak(3.0, 48.0, 0.0), ["before.", "after."])
 
 
 def test_every_law_is_measured_and_written_and_comes_back() -> None:
@@ -146,6 +149,7 @@ def test_every_law_is_measured_and_written_and_comes_back() -> None:
         assert law in page
     assert {figure.working for figure in before.of("working")} == {11, 8, 6, 5, 3}
     assert all(0.0 < figure.best <= figure.median for figure in before.figures)
+    assert {figure.name for figure in before.of("laws")} == set(kernel.LAWS.values())
 
 
 def test_a_requirement_is_met_or_not() -> None:
@@ -163,6 +167,48 @@ def test_the_share_of_the_peak_is_operations_over_time_and_peak() -> None:
     figure.row = type("Times", (), {"times": [[0.2, 0.4], [0.1, 0.3]]})()  # pieces, whole [µs]
     line = batch_tables.law_line(replace(result(), peak=Peak(2.0, 48.0)), figure.figure())
     assert line == ["a law", "10.00", "5.00", "100", "200", "2400", "50 %"]
+    line = batch_tables.law_line(replace(result(), peak=Peak(2.0, 48.0)), replace(figure.figure(), kernel=0.08))
+    assert line[-3:] == ["80", "160", "62 %"]
+
+
+def test_the_page_of_figures_has_a_place_for_each_and_keeps_its_words(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counts = [
+        stages.Count(law, dict.fromkeys([*stages.STAGES, stages.ALONE], 10.0), dict.fromkeys(stages.KINDS, 10.0), 900.0)
+        for law in stages.LAWS.values()
+    ]
+    timed_alone = [replace(figure, kernel=0.1) if figure.table == "laws" else figure for figure in result().figures]
+    (tmp_path / "batch.json").write_text(json.dumps(batch_tables.as_json(replace(result(), figures=timed_alone))))
+    (tmp_path / "stages.json").write_text(json.dumps([asdict(one) for one in counts]))
+    for part in ("tick", "long_arms"):
+        (tmp_path / f"{part}.md").write_text(f"| of {part} |\n")
+    page = tmp_path / "page.md"
+    page.write_text(why.PAGE.read_text(encoding="utf-8"))
+    for name, value in (("OUT", tmp_path), ("PAGE", page), ("PLOT", tmp_path / "plot.png"), ("ROOT", tmp_path)):
+        monkeypatch.setattr(why, name, value)
+    monkeypatch.setattr("sys.argv", ["why", "--kept"])
+    why.main()
+    figures = re.compile(r"(<!-- figures: (\w+) -->\n).*?(<!-- /figures: \2 -->)", re.DOTALL)
+    after = page.read_text(encoding="utf-8")
+    assert {match[2] for match in figures.finditer(after)} == set(why.sections())
+    assert all(text in after for text in why.sections().values())
+    words = Path(why.__file__).parents[1] / "docs" / "why-it-is-fast.md"
+    assert figures.sub(r"\1\3", after) == figures.sub(r"\1\3", words.read_text(encoding="utf-8"))
+    assert (tmp_path / "plot.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [(["batches"], "batches not among batch, stages, tick, long_arms"), (["--kept", "tick"], "--kept")],
+)
+def test_parts_that_are_none_are_named(
+    given: list[str], said: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.argv", ["why", *given])
+    with pytest.raises(SystemExit):
+        why.main()
+    assert said in capsys.readouterr().err
 
 
 CALLGRIND = """\

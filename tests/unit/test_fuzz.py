@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from tests.fuzzing import corpus, planted, spoil
+from tests.fuzzing import corpus, planted, spoil, toml
 from tests.fuzzing.campaign import SOUND, Job, campaign
 from tests.fuzzing.targets import KINDS, made, outcome
 
@@ -45,6 +45,12 @@ def test_a_file_is_the_same_in_every_run_and_unlike_the_others(kind):
     assert sum(data in files for data in once) <= 5
 
 
+def test_numbers_beyond_any_float_are_changed_like_others():
+    content = {"a": 10**400, "b": -(10**400), "c": 1e308}
+    changed = [toml.mutated(random.Random(k), toml.written(content).encode()) for k in range(400)]
+    assert sum(data != toml.written(content).encode() for data in changed) > 300
+
+
 def test_each_way_of_spoiling_bytes_changes_something():
     files = KINDS["urdf"].files()
     for way in set(spoil.WAYS):
@@ -72,3 +78,5 @@ def test_errors_warnings_slow_files_and_hunger_for_memory_are_found(tmp_path):
 def test_a_crash_or_a_hang_is_found_and_the_rest_is_read(defect, what, tmp_path):
     tally = planted_campaign(defect, 0.06, tmp_path, 8.0)
     assert {what for _, what in tally.failures} == {what}
+    stood = [told(tmp_path, index) for index, _ in tally.failures]
+    assert all(("processor time" in text and "planted.py" in text) is (what == "hang") for text in stood)

@@ -10,7 +10,7 @@ import numpy as np
 from stillreach._door import FloatArray
 from stillreach.arm.follower import Follower
 from stillreach.arm.joint import Joint
-from stillreach.arm.mimic import Place
+from stillreach.arm.mimic import LARGEST, Place
 from stillreach.arm.placements import moved
 from stillreach.arm.robot_file import RobotFile, shown
 
@@ -63,7 +63,7 @@ class ChainBuilder:
         if place.leader is None:
             self.fix(moved(kind, axis, place.offset))
             return
-        placement, self.since = rigid(self.since), np.eye(4)
+        placement, self.since = self._placement(f"joint {shown(name)}"), np.eye(4)
         joint = Joint(
             name=name,
             kind=kind,
@@ -83,7 +83,7 @@ class ChainBuilder:
         """What was put together.
 
         Raises:
-            RobotFileError: no joint moves, or too many do.
+            RobotFileError: no joint moves, or too many do; the tool is too far away.
         """
         moving = len(self.joints) + len(self.followers)
         if not self.joints:
@@ -91,7 +91,15 @@ class ChainBuilder:
         if moving > MAX_MOVING:
             raise self.file.error(f"{moving} moving joints between base and tip", f"at most {MAX_MOVING}")
         joints = [self._limited(joint) for joint in self.joints]
-        return Chain(joints, rigid(self.since), name, [follower for _, follower in self.followers])
+        return Chain(joints, self._placement("the tool"), name, [follower for _, follower in self.followers])
+
+    def _placement(self, whose: str) -> FloatArray:
+        """What was fixed since the last joint that moves, (4, 4)."""
+        far = float(np.max(np.abs(self.since[:3, 3])))
+        if not far <= LARGEST:
+            got = f"a place {far:.9g} m away from the moving joint or the base before it"
+            raise self.file.error(got, f"at most {LARGEST:g} m along each axis", element=whose)
+        return rigid(self.since)
 
     def _limited(self, leader: Joint) -> Joint:
         """A joint within its own limits and those of the joints that follow it."""

@@ -12,6 +12,8 @@ USER = 2
 BUG = 3
 """A mistake of stillreach."""
 CTRL_C = 130
+BROKEN_PIPE = 141
+"""Nobody reads the output any more: 128 and the number of SIGPIPE, as of programs that this signal ends."""
 
 BUG_TEXT = (
     "stillreach: this is a mistake in stillreach, not in what you asked for; please report it with the lines above"
@@ -62,6 +64,7 @@ def explained(error: Exception) -> str | None:
         detail = f" ({error})" if str(error) else ""
         return f"this needs more memory than there is{detail}; a longer step or a shorter duration needs less"
     if isinstance(error, OSError):
-        place = f"{error.filename}: " if error.filename else ""
+        name = error.filename2 or error.filename  # of two the second is the one that the user knows
+        place = f"{name}: " if name else ""
         return f"{place}{error.strerror or error}"
     return None

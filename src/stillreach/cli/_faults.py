@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stillreach.cli._joints import joint_index
@@ -36,7 +37,9 @@ def changed(name: str, *, law: str | None = None, fail: list[str], healthy: bool
     faults = () if healthy else tuple(scenario.faults)
     faults += tuple(parse_fault(scenario.arm, text) for text in fail)
     chosen = scenario.law if law is None else parse_law(law, like=scenario.law)
-    return replace(scenario, faults=faults, law=chosen)
+    description = "" if law or fail or healthy else scenario.description  # it tells of what the file says
+    title = scenario.name or Path(name).stem
+    return replace(scenario, faults=faults, law=chosen, name=title, description=description)
 
 
 def parse_fault(arm: Arm, text: str) -> Fault:

@@ -15,20 +15,25 @@ ANY_UNIT = {"": 1.0, **ANGLES, **LENGTHS}
 
 
 def assignments(option: str, texts: list[str]) -> dict[str, float]:
-    """Pairs ``joint=value`` as a dict, values in [rad] or [m].
+    """Pairs ``joint=value``, one a text or several with commas between them, as a dict; values in [rad] or [m].
 
     Raises:
         InputError: a text is no such pair, or names a joint for the second time.
     """
     found: dict[str, float] = {}
-    for text in texts:
-        joint, equals, value = text.partition("=")
+    for pair in [pair for text in texts for pair in _pairs(text)]:
+        joint, equals, value = pair.partition("=")
         if not (joint and equals):
-            raise InputError(option, repr(text), "joint=value, e.g. panda_finger_joint1=0.04 or j4=-90deg")
+            raise InputError(option, repr(pair), "joint=value, e.g. panda_finger_joint1=0.04 or j4=-90deg")
         if joint in found:
             raise InputError(option, f"joint {joint!r} twice", "each joint once")
         found[joint] = quantity(f"{option} {joint}", value, ANY_UNIT)
     return found
+
+
+def _pairs(text: str) -> list[str]:
+    parts = text.split(",")
+    return [part.strip() for part in parts] if all("=" in part for part in parts) else [text]
 
 
 def configuration(arm: Arm, text: str | None) -> tuple[FloatArray, str]:

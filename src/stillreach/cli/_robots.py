@@ -16,9 +16,6 @@ HEAD_BYTES = 65536
 EXPECTED = "a URDF or MJCF file, or a built-in arm (stillreach arms lists them)"
 
 
-OPTIONS = ("tip", "base", "fixed")
-
-
 class BuiltIn(NamedTuple):
     """An arm of ``stillreach.arms`` on the command line."""
 
@@ -59,13 +56,14 @@ def load_arm(robot: str, *, tip: str | None, base: str | None, fixed: dict[str, 
         return arm
     path = _file(robot)
     if not path.is_file():
-        raise InputError("ROBOT", f"{robot!r}, which is no file", EXPECTED + _suggestion(robot))
+        got = "a folder" if path.is_dir() else "no file"
+        raise InputError("ROBOT", f"{robot!r}, which is {got}", EXPECTED + _suggestion(robot))
     read = Arm.from_mjcf if _root_element(path) == b"mujoco" else Arm.from_urdf
     try:
         return read(path, tip=tip, base=base, fixed=fixed)
     except RobotFileError as error:
-        if error.argument in OPTIONS and error.choices:
-            error.add_note(f"try --{error.argument} {error.choices[0]}{'=0' if error.argument == 'fixed' else ''}")
+        if error.argument == "tip" and tip is None and error.choices:
+            error.add_note(f"try --tip {error.choices[0]}")
         raise
 
 
@@ -105,6 +103,7 @@ def _suggestion(robot: str) -> str:
     if re.fullmatch(r"planar|snake", robot):
         return f" (did you mean '{robot}7'? A number of joints follows)"
     folder = Path(robot).parent
-    files = [str(path) for kind in ("urdf", "xml") for path in sorted(folder.glob(f"*.{kind}"))]
+    found = (path for kind in ("urdf", "xml") for path in sorted(folder.glob(f"*.{kind}")))
+    files = [str(path) for path in found if path.is_file()]
     near = get_close_matches(robot, [*files, *(arm.name for arm in BUILT_IN)], n=1)
     return f" (did you mean {near[0]!r}?)" if near else ""

@@ -26,6 +26,9 @@ FLAGS = {
 """Status flags in words."""
 
 
+TOO_FAST = "but drives cannot follow rates above their limits"
+
+
 def facts(scenario: Scenario, run: Run, found: Summary) -> dict[str, Any]:
     """What --json prints of a run; docs/command-line.md explains the keys."""
     longest = found.longest
@@ -73,6 +76,8 @@ def print_summary(scenario: Scenario, run: Run, found: Summary) -> None:
     out.print(
         f"{scenario.arm.name}, {type(scenario.law).__name__}, {len(run)} ticks of {1000 * scenario.period:g} ms\n"
     )
+    if description := _first_paragraph(scenario.description):
+        out.print(f"{description}\n")
     rows = [("arrived", verdict(found)), *_deviations(found), ("largest rate", worst_rate(scenario, found))]
     rows += [("faults", text) if k == 0 else ("", text) for k, text in enumerate(fault_lines(scenario))]
     rows += [("status", _statuses(found)), ("held back", _held(found)), ("lost at the end", _lost(scenario, found))]
@@ -85,7 +90,13 @@ def verdict(found: Summary) -> str:
         return f"interrupted at {found.end:g} s"
     away = apart(found, found.goal_distance, found.goal_angle)
     allowed = apart(found, found.allowed_distance, found.allowed_angle)
-    return f"{'yes' if found.finished else 'NO'}, {away} from the goal (allowed: {allowed})"
+    beyond = "; " + TOO_FAST if beyond_limits(found) else ""
+    return f"{'yes' if found.finished else 'NO'}, {away} from the goal (allowed: {allowed}){beyond}"
+
+
+def beyond_limits(found: Summary) -> bool:
+    """Whether a law asked for more than the limits, so that drives would not have done what the run shows."""
+    return "OVER_LIMIT" in found.statuses
 
 
 def apart(found: Summary, distance: float, angle: float) -> str:
@@ -107,6 +118,11 @@ def worst_rate(scenario: Scenario, found: Summary) -> str:
     return f"{tidy(100 * found.rate.value)} % of its limit: {found.rate_joint}, {value} at {found.rate.time:g} s"
 
 
+def _first_paragraph(text: str) -> str:
+    """In one line; a console breaks it where it needs to."""
+    return " ".join(text.strip().partition("\n\n")[0].split())
+
+
 def _deviations(found: Summary) -> list[tuple[str, str]]:
     from stillreach.show.words import shown_angle, shown_length, tidy
 
@@ -121,7 +137,7 @@ def fault_lines(scenario: Scenario) -> list[str]:
     from stillreach.show.moments import fault_groups
 
     lines = []
-    for text, fault in fault_groups(scenario):
+    for text, fault in fault_groups(scenario, scenario.arm.joint_names):
         since = f"from {fault.at:g} s on" if fault.at else "from the start"
         lines.append(f"{text} {since}{'' if fault.until is None else f', until {fault.until:g} s'}")
     return lines or ["none"]

@@ -4,18 +4,42 @@ from __future__ import annotations
 
 import json
 import math
-from typing import TYPE_CHECKING, Any
+import os
+import sys
+from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
 
-def console(*, stderr: bool = False) -> Console:
-    """A console that prints text as it is: no markup, no emoji, no colours of its own choice."""
+COLUMNS = 80
+"""What every table fits."""
+
+
+def console(*, stderr: bool = False, width: int | None = None) -> Console:
+    """A console that prints text as it is: no markup, no emoji, no colours of its own choice; as wide as asked for."""
     from rich.console import Console
 
-    return Console(stderr=stderr, highlight=False, emoji=False, markup=False)
+    class _Console(Console):
+        def on_broken_pipe(self) -> None:
+            nobody_reads()
+
+    return _Console(stderr=stderr, width=width, highlight=False, emoji=False, markup=False)
+
+
+def nobody_reads() -> NoReturn:
+    """End as a program does whose output goes to one that has ended, like ``head``."""
+    from stillreach.cli._exit import BROKEN_PIPE
+
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is still to be written
+    sys.exit(BROKEN_PIPE)
+
+
+def print_table(made: Table) -> None:
+    """A table; where the terminal is too narrow for it, that breaks its lines: no number is cut short."""
+    out = console()
+    (out if out.width >= COLUMNS else console(width=COLUMNS)).print(made)
 
 
 def table(*heads: str, right: tuple[int, ...] = (), wrap: tuple[int, ...] = ()) -> Table:
@@ -54,7 +78,10 @@ def note(text: str) -> None:
 
 def print_json(value: Any) -> None:
     """A value as JSON on standard output; infinite and undefined numbers are null."""
-    print(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False))
+    try:
+        print(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False), flush=True)
+    except BrokenPipeError:
+        nobody_reads()
 
 
 def plain(value: Any) -> Any:

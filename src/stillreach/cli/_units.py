@@ -29,8 +29,15 @@ def quantity(argument: str, text: str, units: dict[str, float]) -> float:
     match = NUMBER.fullmatch(text.strip())
     unit = (match[2] if match else "").replace("°", "deg")
     if match is None or (unit and unit not in units):
-        raise InputError(argument, repr(text), f"a number, bare ({next(iter(units))}) or with {' or '.join(units)}")
+        raise InputError(argument, repr(text), _expected(units))
     return float(match[1]) * (units[unit] if unit else 1.0)
+
+
+def _expected(units: dict[str, float]) -> str:
+    bare, named = next(iter(units)), [unit for unit in units if unit.isalpha()]
+    if not named:
+        return "a number"
+    return f"a number, bare{f' ({bare})' if bare else ''} or with {' or '.join(named)}"
 
 
 def tolerances(argument: str, text: str | None) -> tuple[float | None, float | None]:

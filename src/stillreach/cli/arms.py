@@ -11,7 +11,7 @@ def arms(as_json: Annotated[bool, typer.Option("--json", help="Print JSON and no
     """List the built-in arms and the ready scenarios."""
     from stillreach.cli._robots import BUILT_IN
     from stillreach.cli._scenarios import ready_scenarios
-    from stillreach.cli._terminal import console, print_json, table
+    from stillreach.cli._terminal import console, print_json, print_table, table
 
     scenarios = ready_scenarios()
     if as_json:
@@ -24,12 +24,12 @@ def arms(as_json: Annotated[bool, typer.Option("--json", help="Print JSON and no
         name = f"{arm.name}N" if arm.sized else arm.name
         reach = f"{facts['reach']:.3g} m" if facts["reach"] else "N × 0.1 m" if arm.name == "snake" else "N m"
         made.add_row(name, str(facts["joints"] or "N"), reach, arm.text)
-    out.print(made)
+    print_table(made)
     out.print("\nstillreach inspect ARM shows one of them.\n")
     listed = table("ready scenario", "what happens", wrap=(1,))
     for scenario in scenarios:
         listed.add_row(scenario["name"], scenario["text"])
-    out.print(listed)
+    print_table(listed)
     out.print("\nstillreach run SCENARIO runs one of them.")
 
 

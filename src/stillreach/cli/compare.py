@@ -110,14 +110,14 @@ def _facts(scenario: Scenario, results: dict[str, Result]) -> dict[str, Any]:
 
 
 def _print(scenario: Scenario, results: dict[str, Result]) -> None:
-    from stillreach.cli._summary import apart, fault_lines
-    from stillreach.cli._terminal import console, table
+    from stillreach.cli._summary import apart, beyond_limits, fault_lines
+    from stillreach.cli._terminal import console, print_table, table
     from stillreach.show.words import tidy
 
     out = console()
-    out.print(scenario.name or scenario.arm.name, style="bold")
-    out.print(f"{scenario.arm.name}, {scenario.steps + 1} ticks of {1000 * scenario.period:g} ms; faults: ", end="")
-    out.print(f"{'; '.join(fault_lines(scenario))}\n")
+    out.print(scenario.name, style="bold")
+    ticks = f"{scenario.steps + 1} ticks of {1000 * scenario.period:g} ms"
+    out.print(f"{scenario.arm.name}, {ticks}; faults: {'; '.join(fault_lines(scenario))}\n")
     made = table("law", "arrived", "ends off by", "farthest off", "peak rate", right=(2, 3, 4), wrap=(0,))
     for name, (_, _, found) in results.items():
         arrived = "broken off" if found.interrupted else "yes" if found.finished else "NO"
@@ -129,8 +129,10 @@ def _print(scenario: Scenario, results: dict[str, Result]) -> None:
             "no limit" if found.rate is None else f"{tidy(100 * found.rate.value)} %",
             style=None if found.finished else "red",
         )
-    out.print(made)
+    print_table(made)
     out.print("\npeak rate: the largest, in per cent of its joint's limit")
+    if any(beyond_limits(found) for *_, found in results.values()):
+        out.print("           above 100 %: drives cannot follow")
 
 
 def _stem(law: str) -> str:

@@ -18,7 +18,7 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print JSON and 
     from importlib import metadata
 
     from stillreach import _core
-    from stillreach.cli._terminal import console, print_json, table
+    from stillreach.cli._terminal import console, print_json, print_table, table
 
     versions = {
         extra: {package: _version(package) for package in packages} for extra, packages in _packages_by_extra().items()
@@ -42,7 +42,7 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print JSON and 
     for extra, packages in versions.items():
         for package, version in packages.items():
             made.add_row(extra or "(always)", package, version or "missing", style=None if version else "red")
-    out.print(made)
+    print_table(made)
     for extra in found["missing_extras"]:
         out.print(f"\nto install what is missing: pip install 'stillreach[{extra}]'", soft_wrap=True)
 

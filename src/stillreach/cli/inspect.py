@@ -97,14 +97,14 @@ def _facts(robot: str, arm: Arm, found: Insight) -> dict[str, Any]:
 
 
 def _print(arm: Arm, source: str, found: Insight) -> None:
-    from stillreach.cli._terminal import console
+    from stillreach.cli._terminal import console, print_table
     from stillreach.show.words import shown_length
 
     out = console()
     slides = int(arm.kinds.sum())
     kinds = " + ".join(f"{k} {kind}" for k, kind in ((arm.n - slides, "revolute"), (slides, "prismatic")) if k)
     out.print(f"{arm.name}: {kinds} joint{'s' if arm.n > 1 else ''}, reach at most {shown_length(arm.reach)}\n")
-    out.print(_joint_table(arm))
+    print_table(_joint_table(arm))
     place = ", ".join(shown_length(x) for x in arm.forward(found.q)[:3, 3])
     out.print(f"\n{source[0].upper()}{source[1:]}: the tool is at ({place}).")
     values = " ".join(f"{value:.3g}" for value in found.singular_values[: found.rank])
@@ -113,7 +113,7 @@ def _print(arm: Arm, source: str, found: Insight) -> None:
         why = "it has too few joints for more" if found.rank == arm.n else "--q looks elsewhere"
         out.print(f"The tool can move in {found.rank} of 6 directions here; {why}.")
     out.print("\nIf one joint is locked there:\n", style="bold")
-    out.print(_lock_table(arm, found))
+    print_table(_lock_table(arm, found))
     out.print("\nleft: manipulability without the joint, in per cent of the whole arm's")
     out.print("typical: the same, as the median over the arm's range")
     if any(len(lock.lost) for lock in found.locks):
@@ -124,7 +124,7 @@ def _joint_table(arm: Arm) -> Table:
     from stillreach.cli._terminal import table
     from stillreach.show.words import shown
 
-    made = table("joint", "kind", "axis at zero", "range", "rate limit", right=(4,))
+    made = table("joint", "kind", "axis at zero", "range", "rate limit", right=(4,), wrap=(0,))
     for joint, axis, unit in zip(arm.joints, _axes(arm), (_unit(arm, i) for i in range(arm.n)), strict=True):
         rate = "none" if joint.velocity_limit == float("inf") else shown(joint.velocity_limit, unit, rate=True)
         made.add_row(str(joint.name), joint.kind, _axis(axis), _range(joint.position_limits, unit), rate)
@@ -136,7 +136,7 @@ def _lock_table(arm: Arm, found: Insight) -> Table:
     from stillreach.cli._terminal import table
     from stillreach.show.words import shown
 
-    made = table("joint", "locked at", "smallest σ", "left", "typical", "lost", right=(1, 2, 3, 4), wrap=(5,))
+    made = table("joint", "locked at", "smallest σ", "left", "typical", "lost", right=(1, 2, 3, 4), wrap=(0, 5))
     for i, lock in enumerate(found.locks):
         lost = "; ".join(direction(twist) for twist in lock.lost)
         smallest = lock.singular_values[found.rank - 1] if lock.rank >= found.rank else 0.0

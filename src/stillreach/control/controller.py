@@ -16,7 +16,7 @@ from stillreach.errors import InputError
 from stillreach.faults import FaultKind, Locked, fault_kind
 from stillreach.laws import Law, LeastError
 from stillreach.status import Health
-from stillreach.task import Task, Weights
+from stillreach.task import UNIT_WEIGHTS, Task
 
 
 class Controller(ControllerCore):
@@ -148,7 +148,7 @@ class Controller(ControllerCore):
             raise InputError("weights", "different weights of law and task", "weights in one of them")
         rows = self._task.indices
         prismatic = [joint.kind == "prismatic" for joint in self._arm.joints]
-        return (law or task or Weights()).metric([row < 3 for row in rows], prismatic, rows)
+        return (law or task or UNIT_WEIGHTS).metric([row < 3 for row in rows], prismatic, rows)
 
 
 def _instance(name: str, value: Any, kind: type[Any]) -> Any:

@@ -12,11 +12,10 @@ import numpy.typing as npt
 from stillreach import _core, _door
 from stillreach.bounds import Bounds
 from stillreach.errors import InputError
-from stillreach.task import Weights
+from stillreach.task import UNIT_WEIGHTS, Weights
 
 # LawKind of the core
 PSEUDOINVERSE, SINGULARITY_ROBUST, LEAST_ERROR, KEEP_DIRECTION = range(4)
-UNIT_WEIGHTS = Weights()
 
 
 @dataclass(frozen=True, kw_only=True)

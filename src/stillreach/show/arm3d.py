@@ -12,6 +12,7 @@ import numpy.typing as npt
 from stillreach.arm import Arm
 from stillreach.arm.placements import moved
 from stillreach.show.style import SCREEN, Look, matplotlib_or_error
+from stillreach.show.words import in_picture
 
 SIDES = 20
 LEAST_LENGTH = 1e-6
@@ -77,7 +78,7 @@ def draw(
     if labels:
         _tool(ax, arm.forward(q), look, 5.0 * width)
         for moving, point in zip(arm.chain, points[1:-1], strict=True):
-            ax.text(*point, f"   {moving.joint.name}", fontsize=8, va="bottom")
+            ax.text(*point, f"   {in_picture(str(moving.joint.name))}", fontsize=8, va="bottom")
     fit(ax, points)
 
 

@@ -13,6 +13,7 @@ from stillreach.show.moments import label_rows, mark, moments
 from stillreach.show.outcome import LEAST_DEG, LEAST_MM, LINES, aside, ends_off
 from stillreach.show.scene import commanded_path, drawn_ticks, fit
 from stillreach.show.style import styled
+from stillreach.show.words import TITLE_LETTERS, in_picture
 from stillreach.simulate import Run, Scenario
 from stillreach.simulate.commanded import Commanded, commanded, deviation
 from stillreach.simulate.held import rate_shares
@@ -64,8 +65,8 @@ def comparison(results: Mapping[str, Result]) -> Figure:
             ax.tick_params(labelbottom=place == len(panels) - 1)
         axes[-1].set_xlabel("time [s]")
         title = scenario.name or f"{scenario.arm.name} under {len(results)} laws"
-        figure.text(0.02, 0.965, title, fontsize=13, fontweight="bold", va="center")
-        ticks = f"{scenario.arm.name}, {1000 * scenario.period:g} ms a tick"
+        figure.text(0.02, 0.965, in_picture(title, TITLE_LETTERS // 2), fontsize=13, fontweight="bold", va="center")
+        ticks = f"{in_picture(scenario.arm.name)}, {1000 * scenario.period:g} ms a tick"
         figure.text(0.02, 0.93, ticks, fontsize=9.5, va="center")
         figure.legend(*axes[0].get_legend_handles_labels(), loc="upper left", bbox_to_anchor=(0.49, 1.0))
     return figure

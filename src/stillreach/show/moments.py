@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from stillreach.faults import Derated, Fault, Runaway
+from stillreach.show.words import in_picture
 from stillreach.simulate import Scenario
 
 if TYPE_CHECKING:
@@ -29,25 +30,28 @@ class Moment:
     better: bool = False
 
 
-def fault_text(scenario: Scenario, fault: Fault) -> str:
-    """A fault in a few words: ``j4 locked``, ``j6 at 20 %``, ``j2 runs away, 3 deg/s``."""
-    joint = scenario.arm.joint_index(fault.joint)
-    name = scenario.arm.joint_names[joint]
+def what_happens(fault: Fault, *, slides: bool) -> str:
+    """A fault in a few words: ``locked``, ``at 20 %``, ``runs away, 3 deg/s``."""
     if isinstance(fault.kind, Derated):
-        return f"{name} at {100 * fault.kind.fraction:.3g} %"
+        return f"at {100 * fault.kind.fraction:.3g} %"
     if isinstance(fault.kind, Runaway):
-        slides = bool(scenario.arm.kinds[joint])
         rate = 1000 * fault.kind.rate if slides else math.degrees(fault.kind.rate)
-        return f"{name} runs away, {rate:.3g} {'mm/s' if slides else 'deg/s'}"
-    return f"{name} locked"
+        return f"runs away, {rate:.3g} {'mm/s' if slides else 'deg/s'}"
+    return "locked"
 
 
-def fault_groups(scenario: Scenario) -> list[tuple[str, Fault]]:
-    """Faults in words, those of one kind and time together: ``j2, j4 locked``, each with the first of them."""
+def fault_groups(scenario: Scenario, names: Sequence[str]) -> list[tuple[str, Fault]]:
+    """Faults in words, those of one kind and time together: ``j2, j4 locked``, each with the first of them.
+
+    Args:
+        scenario: whose faults.
+        names: (n,) what to call its joints.
+    """
     found: dict[tuple[str, float, float | None], tuple[list[str], Fault]] = {}
     for fault in scenario.faults:
-        joint, _, what = fault_text(scenario, fault).partition(" ")
-        found.setdefault((what, fault.at, fault.until), ([], fault))[0].append(joint)
+        joint = scenario.arm.joint_index(fault.joint)
+        what = what_happens(fault, slides=bool(scenario.arm.kinds[joint]))
+        found.setdefault((what, fault.at, fault.until), ([], fault))[0].append(names[joint])
     return [(f"{', '.join(joints)} {what}", fault) for (what, _, _), (joints, fault) in found.items()]
 
 
@@ -55,16 +59,16 @@ def moments(scenario: Scenario, end: float) -> list[Moment]:
     """What changes up to a time [s], in order; what changes at one time is one moment."""
     failing: dict[float, list[str]] = {}
     working: dict[float, list[str]] = {}
-    for text, fault in fault_groups(scenario):
+    names = [in_picture(name) for name in scenario.arm.joint_names]
+    for text, fault in fault_groups(scenario, names):
         if fault.at <= end:
             failing.setdefault(fault.at, []).append(text)
     for fault in scenario.faults:
         if fault.until is not None and fault.until <= end:
-            name = scenario.arm.joint_names[scenario.arm.joint_index(fault.joint)]
-            working.setdefault(fault.until, []).append(name)
+            working.setdefault(fault.until, []).append(names[scenario.arm.joint_index(fault.joint)])
     found = [Moment(time, ", ".join(texts)) for time, texts in failing.items()]
-    for time, names in working.items():
-        found.append(Moment(time, f"{', '.join(names)} work{'s' if len(names) == 1 else ''} again", better=True))
+    for time, these in working.items():
+        found.append(Moment(time, f"{', '.join(these)} work{'s' if len(these) == 1 else ''} again", better=True))
     return sorted(found, key=lambda moment: moment.time)
 
 

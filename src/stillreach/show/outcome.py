@@ -12,7 +12,7 @@ from stillreach.show.moments import label_rows, mark, moments
 from stillreach.show.scene import drawn_ticks, scene
 from stillreach.show.style import COLOURS, styled
 from stillreach.show.timeline import timeline, timeline_rows
-from stillreach.show.words import shown_angle, shown_length
+from stillreach.show.words import TITLE_LETTERS, in_picture, shown_angle, shown_length
 from stillreach.simulate import Run, Scenario
 from stillreach.simulate.commanded import Commanded, commanded, deviation
 from stillreach.simulate.held import rate_shares
@@ -57,7 +57,7 @@ def outcome(scenario: Scenario, run: Run, found: Summary) -> Figure:
             1,
             height_ratios=(1.0, 1.0, 1.0, min(0.35 + 0.085 * rows, 1.9)),
             left=0.475,
-            right=0.885 - 0.0058 * max(map(len, run.joint_names)),
+            right=0.885 - 0.0058 * max(len(in_picture(name)) for name in run.joint_names),
             top=0.885 - 0.018 * label_rows(changes, run.time[-1]),
             bottom=0.065,
             hspace=0.26,
@@ -76,7 +76,14 @@ def outcome(scenario: Scenario, run: Run, found: Summary) -> Figure:
             if k < 3:
                 ax.tick_params(labelbottom=False)
         axes[3].set_xlabel("time [s]")
-        figure.text(0.02, 0.965, str(run.attrs.get("title", "")), fontsize=13, fontweight="bold", va="center")
+        figure.text(
+            0.02,
+            0.965,
+            in_picture(str(run.attrs.get("title", "")), TITLE_LETTERS),
+            fontsize=13,
+            fontweight="bold",
+            va="center",
+        )
         figure.text(0.02, 0.93, caption(scenario, found), fontsize=9.5, va="center")
     return figure
 
@@ -88,7 +95,8 @@ def caption(scenario: Scenario, found: Summary) -> str:
         verdict = f"interrupted at {found.end:g} s"
     else:
         verdict = f"the tool {'arrived' if found.finished else 'did not arrive'}: it ends {away}"
-    return f"{scenario.arm.name}, {type(scenario.law).__name__}, {1000 * scenario.period:g} ms a tick; {verdict}"
+    arm, law = in_picture(scenario.arm.name), type(scenario.law).__name__
+    return f"{arm}, {law}, {1000 * scenario.period:g} ms a tick; {verdict}"
 
 
 def ends_off(found: Summary) -> str:
@@ -172,7 +180,7 @@ def _joint_lines(ax: Axes, run: Run, columns: FloatArray, chosen: Sequence[int],
         )
     for place, j in enumerate(chosen):
         fails = bool(np.any(run.health[:, j] != Health.HEALTHY))
-        name = f"{run.joint_names[j]} fails" if fails else run.joint_names[j]
+        name = in_picture(run.joint_names[j]) + (" fails" if fails else "")
         ax.plot(run.time[ticks], columns[ticks, j], label=name, color=LINES[place], linestyle=FAILING if fails else "-")
 
 

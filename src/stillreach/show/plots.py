@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillreach.show.style import SCREEN, Look, matplotlib_or_error, styled, unwrapped_degrees
+from stillreach.show.words import TITLE_LETTERS, in_picture
 from stillreach.simulate.attitude import pitch_yaw_roll
 from stillreach.simulate.run import Run
 
@@ -147,7 +148,7 @@ def overview(run: Run, look: Look = SCREEN) -> Figure:
         axes[0, 0].legend().remove()  # the rates' legend beside it names the same lines
         for ax in axes[1]:
             ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.1)
-        figure.suptitle(str(run.attrs.get("title", "")), fontsize=11, x=0.01, ha="left")
+        figure.suptitle(in_picture(str(run.attrs.get("title", "")), TITLE_LETTERS), fontsize=11, x=0.01, ha="left")
     return figure
 
 
@@ -163,7 +164,7 @@ def _joint_lines(ax: Axes, run: Run, values: np.ndarray, joints: Iterable[int] |
     """Lines of the chosen joints in degrees and millimetres (per second)."""
     chosen = list(range(len(run.joint_names)) if joints is None else joints)
     factors = np.array([1000.0 if run.joint_units[j] == "m" else np.rad2deg(1.0) for j in chosen])
-    _lines(ax, run.time, values[:, chosen] * factors, [run.joint_names[j] for j in chosen], look)
+    _lines(ax, run.time, values[:, chosen] * factors, [in_picture(run.joint_names[j]) for j in chosen], look)
 
 
 def _lines(ax: Axes, time: np.ndarray, columns: np.ndarray, names: Sequence[str], look: Look) -> None:

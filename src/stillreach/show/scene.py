@@ -10,6 +10,7 @@ from stillreach._door import FloatArray
 from stillreach.show import arm3d
 from stillreach.show.moments import FAILURE, moments
 from stillreach.show.style import COLOURS
+from stillreach.show.words import in_picture
 from stillreach.simulate import Run, Scenario
 from stillreach.simulate.commanded import Commanded
 from stillreach.status import Health
@@ -30,7 +31,8 @@ def scene(ax: Any, scenario: Scenario, run: Run, goal: Commanded) -> None:
     first, _ = arm3d.stations(scenario.arm, run.q[0])
     last, _ = arm3d.stations(scenario.arm, run.q[-1])
     for joint in failed:
-        text = ax.text(*last[joint + 1], f"     {run.joint_names[joint]}", color=FAILURE, fontsize=9, fontweight="bold")
+        name = f"     {in_picture(run.joint_names[joint])}"
+        text = ax.text(*last[joint + 1], name, color=FAILURE, fontsize=9, fontweight="bold")
         text.set_zorder(5)
     path = run.pose[drawn_ticks(run), :3, 3]
     commanded_path(ax, goal)

@@ -25,6 +25,7 @@ COLOURS = ("#1b4f8a", "#c8501e", "#2f7d4f", "#8a3f8f", "#7a6a1f", "#3b3b3b")
 RC = {
     "font.family": "sans-serif",
     "font.size": 9.0,
+    "text.parse_math": False,  # names may hold $
     "axes.titlesize": 9.5,
     "axes.titlelocation": "left",
     "axes.labelsize": 9.0,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stillreach.show.words import in_picture
 from stillreach.simulate import Run, Scenario
 from stillreach.simulate.held import bound_reasons
 from stillreach.status import Health, Status
@@ -53,7 +54,7 @@ def timeline(ax: Axes, scenario: Scenario, run: Run, ticks: np.ndarray) -> None:
 
     codes, time = _joint_codes(scenario, run)[ticks], run.time[ticks]
     flags = _raised(run)
-    names = [*run.joint_names, *(name for _, name in flags)]
+    names = [*map(in_picture, run.joint_names), *(name for _, name in flags)]
     used: set[str] = set()
     for row, name in enumerate(run.joint_names):
         for code, (state, colour) in enumerate(STATES.items(), start=1):

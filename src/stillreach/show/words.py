@@ -1,8 +1,18 @@
-"""Numbers with units as people read them."""
+"""Numbers with units as people read them, and names in as much room as a picture has."""
 
 from __future__ import annotations
 
 import math
+
+NAME_LETTERS, TITLE_LETTERS = 26, 90
+
+
+def in_picture(text: str, letters: int = NAME_LETTERS) -> str:
+    """A name or title for a picture: in one line, of a long one both ends."""
+    text = " ".join(text.split())
+    if len(text) > letters:
+        text = f"{text[: letters // 2 - 1]}…{text[-(letters // 2) :]}"
+    return f" {text}" if text.startswith("_") else text  # matplotlib leaves what begins so out of legends
 
 
 def shown_angle(value: float) -> str:

@@ -24,6 +24,11 @@ def rate_shares(scenario: Scenario, run: Run) -> FloatArray:
     return share
 
 
+def has_rate_limits(scenario: Scenario) -> bool:
+    """Whether any joint has one."""
+    return bool(np.any(np.isfinite(_rate_limits(scenario))))
+
+
 def bound_reasons(scenario: Scenario, run: Run) -> np.ndarray:
     """(T, n) what holds each joint at its bound: 0 nothing or a fault, else 1 + its place in BOUNDS."""
     works = (run.health == Health.HEALTHY) | (run.health == Health.DERATED)

@@ -59,7 +59,11 @@ def write(run: Run, path: str | os.PathLike[str]) -> None:
     h5netcdf = _h5netcdf("run.save()")
     target = Path(path)
     with _interrupts_wait():
-        handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
+        try:
+            handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
+        except OSError as error:
+            error.filename = str(target)  # what the caller knows
+            raise
         os.close(handle)
         part = Path(name)
         try:

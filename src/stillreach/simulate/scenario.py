@@ -68,6 +68,7 @@ class Scenario:
         return_rate: [rad/s, m/s] at which joints outside their position limits are asked back, as for Controller.
         transition_rate: [1/s] how fast the null motion takes over again after a fault, as for Controller; 0: at once.
         name: what plots and files call it.
+        description: what it shows, for readers; `stillreach run` prints its first paragraph.
 
     Raises:
         InputError: an argument is none of this.
@@ -94,6 +95,7 @@ class Scenario:
     return_rate: float = 0.0
     transition_rate: float = 2.0
     name: str = ""
+    description: str = ""
 
     def __post_init__(self) -> None:
         if not isinstance(self.arm, Arm):

@@ -8,7 +8,7 @@ import numpy as np
 
 from stillreach._door import FloatArray
 from stillreach.simulate.commanded import commanded, deviation
-from stillreach.simulate.held import held_back, rate_shares
+from stillreach.simulate.held import has_rate_limits, held_back, rate_shares
 from stillreach.simulate.run import Run
 from stillreach.simulate.scenario import Scenario
 from stillreach.status import Status
@@ -141,7 +141,7 @@ def _peak(time: FloatArray, values: FloatArray) -> Peak:
 def _largest_rate(scenario: Scenario, run: Run) -> tuple[Peak | None, str | None, float]:
     """The largest rate against its limit; else against the others."""
     share = rate_shares(scenario, run)
-    limited = bool(np.any(share))
+    limited = bool(np.any(share)) or (not np.any(run.rates) and has_rate_limits(scenario))
     tick, joint = np.unravel_index(np.argmax(share if limited else np.abs(run.rates)), share.shape)
     peak = Peak(float(share[tick, joint]), float(run.time[tick])) if limited else None
     return peak, run.joint_names[joint], float(run.rates[tick, joint])

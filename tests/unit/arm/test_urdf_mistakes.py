@@ -209,6 +209,28 @@ def test_a_file_that_cannot_be_read_is_told(tmp_path):
     assert "more than 16 MiB" in str(refused(large))
 
 
+FAR = robot(
+    joint("shoulder", "base", "upper", xyz="6e5 0 0"),
+    joint("slide", "upper", "arm", "prismatic", axis="1 0 0"),
+    joint("mount", "arm", "wrist", "fixed", xyz="6e5 0 0"),
+    joint("elbow", "wrist", "hand", xyz="5e5 0 0"),
+    joint("flange", "hand", "plate", "fixed", xyz="6e5 0 0"),
+    joint("tool", "plate", "tip", "fixed", xyz="5e5 0 0"),
+)
+
+
+def test_placements_that_add_up_to_more_than_a_file_may_say_are_refused():
+    """Else to_urdf writes what from_urdf refuses."""
+    elbow = refused(FAR)
+    assert (elbow.element, "1100000 m" in str(elbow)) == ("joint 'elbow'", True)
+    tool = refused(FAR, tip="tip", base="wrist")
+    assert (tool.element, "1100000 m" in str(tool)) == ("the tool", True)
+    assert refused(FAR, tip="hand", base="base", fixed={"slide": 1e5}).element == "joint 'elbow'"
+    near = sr.Arm.from_urdf(FAR.replace("6e5", "5e5"))
+    q = [0.1, 0.2, 0.3]
+    np.testing.assert_allclose(sr.Arm.from_urdf(near.to_urdf()).forward(q), near.forward(q), rtol=1e-15)
+
+
 def long_chain(n, kind="fixed"):
     return robot(*(joint(f"j{i}", f"l{i}", f"l{i + 1}", kind) for i in range(n)))
 

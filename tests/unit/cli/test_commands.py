@@ -1,5 +1,6 @@
 """What a shell sees of the commands: output, exit code, and the time that help costs."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -138,3 +139,13 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path: Path, command: str) -> None:
     assert 0 < len(kept) < 2_000_001
     assert np.all(np.isfinite(kept.q))
     assert "interrupted" in output or "broken off" in output
+
+
+@pytest.mark.parametrize("arguments", [["run", "jammed-rail", "--no-plot"], ["schema"], ["arms"]])
+def test_output_that_nobody_reads_is_no_failure_of_the_arm(arguments, tmp_path):
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "stillreach", *arguments]
+    done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, cwd=tmp_path, check=False)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (141, "")

@@ -91,3 +91,18 @@ def test_every_arm_of_the_catalogue_can_be_named(stillreach):
     assert {arm["name"] for arm in found["arms"]} == set(sr.arms.__all__)
     assert tuple(scenario["name"] for scenario in found["scenarios"]) == sr.scenario_names()
     assert all(scenario["text"] for scenario in found["scenarios"])
+
+
+def test_a_joint_with_a_long_name_takes_no_room_from_the_numbers(stillreach, tmp_path):
+    (tmp_path / "long.urdf").write_text(sr.arms.canadarm2().to_urdf().replace('"j4"', f'"{"joint_of_an_arm_" * 5}"'))
+    done = stillreach("inspect", "long.urdf")
+    assert done.out.count(" 4 deg/s\n") == 7
+    assert max(map(len, done.out.splitlines())) <= 80
+
+
+def test_held_joints_are_told_one_by_one_or_with_commas(stillreach, tmp_path):
+    (tmp_path / "arm.urdf").write_text(sr.arms.canadarm2().to_urdf())
+    one = stillreach("inspect", "arm.urdf", "--json", "--fixed", "j1=90deg", "--fixed", "j3=0.2").out
+    other = stillreach("inspect", "arm.urdf", "--json", "--fixed", "j1=90deg, j3=0.2").out
+    assert json.loads(one) == json.loads(other)
+    assert [joint["name"] for joint in json.loads(one)["joints"]] == ["j2", "j4", "j5", "j6", "j7"]

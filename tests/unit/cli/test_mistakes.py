@@ -7,6 +7,10 @@ from stillreach.simulate import summary
 MISTAKES = {
     "no such scenario": (("run", "paper-exampel-2"), "paper-example-2"),
     "no such file": (("run", "nowhere/reach.toml"), "nowhere/reach.toml"),
+    "a file that is called otherwise": (
+        ("run", "raech.toml"),
+        "stillreach: raech.toml: got no such file, expected a scenario file (TOML, UTF-8) (did you mean 'reach.toml'?)",
+    ),
     "no such law": (("run", "reach.toml", "--law", "last-error"), "did you mean 'least-error'?"),
     "no such setting": (("run", "reach.toml", "--law", "least-error:gain=2"), "max_gain"),
     "a setting twice": (("run", "reach.toml", "--law", "least-error:max_gain=2:max_gain=3"), "once"),
@@ -16,6 +20,11 @@ MISTAKES = {
     "no such kind of fault": (("run", "reach.toml", "--fail", "j2:hot"), "derated=FRACTION"),
     "a fault without time": (("run", "reach.toml", "--fail", "j2@"), "JOINT@SECONDS"),
     "a fault before the start": (("run", "reach.toml", "--fail", "j2@-1"), "0 s or later"),
+    "a fraction that is no number": (("run", "reach.toml", "--fail", "j2:derated=x"), "got 'x', expected a number\n"),
+    "a held joint that is no number": (
+        ("inspect", "canadarm2", "--fixed", "a=x"),
+        "expected a number, bare or with rad or deg or m or mm or cm or in\n",
+    ),
     "a fraction above one": (("run", "reach.toml", "--fail", "j2:derated=2"), "0 to 1"),
     "another unit": (("run", "reach.toml", "--within", "5s"), "mm"),
     "too many tolerances": (("run", "reach.toml", "--within", "5mm,1deg,1"), "5mm,1deg"),
@@ -69,6 +78,22 @@ def test_a_robot_file_with_several_ends_names_the_option(stillreach, tmp_path):
     done = stillreach("inspect", "two.urdf")
     assert done.code == 2
     assert "try --tip b" in done.err
+    unknown = stillreach("inspect", "two.urdf", "--tip", "cc")
+    assert "did you mean 'c'?" in unknown.err
+    assert "try" not in unknown.err
+
+
+def test_a_folder_is_called_a_folder(stillreach, tmp_path):
+    for name in ("arm.urdf", "arm.toml", "taken/run.nc"):
+        (tmp_path / name).mkdir(parents=True)
+    robot = stillreach("inspect", "arm.urdf").err
+    assert "'arm.urdf', which is a folder" in robot
+    assert "did you mean" not in robot
+    assert "arm.toml: got a folder" in stillreach("run", "arm.toml").err
+    assert (
+        stillreach("run", "reach.toml", "--no-plot", "--out", "taken").err
+        == "stillreach: taken/run.nc: Is a directory\n"
+    )
 
 
 def test_a_mistake_of_stillreach_keeps_its_traceback(stillreach, monkeypatch):

@@ -48,6 +48,28 @@ def test_an_arm_that_does_not_arrive_exits_with_1_and_says_so(stillreach):
     assert json.loads(stillreach("run", "too-far.toml", "--no-plot", "--json").out)["finished"] is False
 
 
+def test_rates_that_no_drive_follows_are_told_beside_the_verdict(stillreach):
+    slow = ("--fail", "j2@1:derated=0.01", "--fail", "j8@1:derated=0.01", "--no-plot")
+    done = stillreach("run", "reach.toml", "--law", "pseudoinverse", *slow)
+    assert done.code == 0
+    assert "but drives cannot follow" in " ".join(done.out.split())
+    assert "cannot follow" not in stillreach("run", "reach.toml", *slow).out
+    both = stillreach("compare", "reach.toml", "--laws", "least-error,pseudoinverse", *slow).out
+    assert "above 100 %: drives cannot follow" in both
+    assert "cannot follow" not in stillreach("compare", "reach.toml", "--laws", "least-error", *slow).out
+
+
+def test_a_scenario_as_it_stands_is_told_in_its_own_words(stillreach, tmp_path):
+    text = (tmp_path / "reach.toml").read_text()
+    words = "What this\nshows, in two lines."
+    (tmp_path / "told.toml").write_text(f'description = """\n{words}\n\nMore for readers."""\n{text}')
+    out = stillreach("run", "told.toml", "--no-plot").out
+    assert "\nWhat this shows, in two lines.\n\narrived" in out
+    assert "More" not in out
+    for change in (("--law", "keep-direction"), ("--fail", "j2@1"), ("--healthy",)):
+        assert "What this" not in stillreach("run", "told.toml", "--no-plot", *change).out
+
+
 def test_within_moves_the_line_between_arrived_and_not(stillreach):
     off = json.loads(stillreach("run", "too-far.toml", "--no-plot", "--json").out)
     wide = f"{1.01 * off['goal_distance']}m,{1.01 * off['goal_angle']}rad"
@@ -154,7 +176,7 @@ def test_compare_agrees_with_run(stillreach):
 def test_what_is_printed_fits_80_columns_without_colours(stillreach):
     for command in (
         ("run", "reach.toml", "--no-plot", "--out", "o"),
-        ("compare", "too-far.toml", "--no-plot", "--out", "o"),
+        ("compare", "too-far.toml", "--no-plot", "--out", "o", *(f"--fail=j{k}@1.{k}" for k in range(1, 6))),
         ("inspect", "canadarm2"),
         ("inspect", "snake30"),
         ("arms",),
@@ -164,3 +186,26 @@ def test_what_is_printed_fits_80_columns_without_colours(stillreach):
         lines = [line for line in printed.splitlines() if not line.startswith("wrote ")]
         assert max(map(len, lines)) <= 80
         assert "\x1b" not in printed
+
+
+@pytest.mark.parametrize("columns", ["20", "47"])
+def test_a_narrow_terminal_breaks_lines_and_cuts_no_number_short(stillreach, monkeypatch, columns):
+    commands = [("compare", "too-far.toml", "--no-plot", "--laws", "least-error,keep-direction")]
+    for command in (*commands, ("inspect", "canadarm2"), ("doctor",), ("arms",)):
+        monkeypatch.setenv("COLUMNS", "80")
+        wide = stillreach(*command).out.split()
+        monkeypatch.setenv("COLUMNS", columns)
+        assert stillreach(*command).out.split() == wide
+    narrow = stillreach("run", "reach.toml", "--no-plot").out
+    monkeypatch.setenv("COLUMNS", "80")
+    wide = stillreach("run", "reach.toml", "--no-plot").out
+    assert sorted("".join(narrow.split())) == sorted("".join(wide.split()))
+
+
+def test_a_scenario_without_a_name_is_called_after_its_file_and_an_arm_at_rest_has_limits(stillreach, tmp_path):
+    text = (tmp_path / "reach.toml").read_text().replace('name = "reach"', "").replace("[-0.1, 0, 0", "[0, 0, 0")
+    (tmp_path / "rest.toml").write_text(text)
+    done = stillreach("run", "rest.toml", "--no-plot")
+    assert done.out.startswith("rest\nnasa_modular, LeastError, ")
+    assert "0 % of its limit" in done.out
+    assert stillreach("compare", "rest.toml", "--no-plot").out.startswith("rest\nnasa_modular, ")

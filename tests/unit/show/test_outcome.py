@@ -1,5 +1,7 @@
 """The pictures of runs: what is written on them, and what their bars and lines say."""
 
+import warnings
+from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
@@ -60,6 +62,33 @@ def test_moments_are_named_with_their_joints():
         (1.5, "j9 runs away, 3 deg/s", False),
     ]
     assert len(moments(scenario(), 0.5)) == 1
+
+
+ODD_NAMES = (
+    *("a" * 300, "$x_{", "_hidden", "two\nlines", "left arm 1", "left arm 2"),
+    *(f"j{k}" for k in range(7, 12)),
+)
+
+
+def test_names_that_are_long_or_odd_do_no_harm():
+    arm = sr.Arm(
+        [replace(joint, name=name) for joint, name in zip(sr.arms.nasa_modular().joints, ODD_NAMES, strict=True)]
+    )
+    faults = [sr.Fault(name, at=0.5) for name in ODD_NAMES[:6]]
+    odd = replace(scenario(faults=[]), arm=arm, faults=faults, name="$" + "t" * 300)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        figure, run = drawn(odd)
+        figure.savefig(BytesIO())
+        laws = {name: (odd, run, summary(odd, run)) for name in ("one", "$other")}
+        comparison(laws).savefig(BytesIO())
+        run.plot().savefig(BytesIO())
+    (legend,) = [ax.get_legend() for ax in figure.axes if ax.get_ylabel().startswith("rate")]
+    named = [text.get_text() for text in legend.get_texts()]
+    assert "aaaaaaaaaaaa…aaaaaaaaaaaaa fails" in named
+    assert {"$x_{ fails", " _hidden fails", "two lines fails"} <= set(named)
+    (moment,) = moments(odd, 2.0)
+    assert moment.text.endswith("two lines, left arm 1, left arm 2 locked")
 
 
 def test_title_units_moments_and_failed_joints_are_on_the_picture():

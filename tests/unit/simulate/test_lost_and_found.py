@@ -117,8 +117,9 @@ def test_a_killed_save_leaves_the_old_file_whole(tmp_path):
 
 def test_a_save_that_fails_leaves_nothing_behind(tmp_path):
     run = small_run()
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(FileNotFoundError) as caught:
         run.save(tmp_path / "no such folder" / "run.nc")
+    assert caught.value.filename == str(tmp_path / "no such folder" / "run.nc")
     (tmp_path / "taken").mkdir()
     with pytest.raises(OSError, match="taken"):
         run.save(tmp_path / "taken")

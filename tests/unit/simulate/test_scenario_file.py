@@ -237,6 +237,14 @@ def test_a_path_works_as_text_and_as_path_and_wins_over_a_ready_name(tmp_path, m
     assert sr.Scenario.load("paper-example-2").arm.n == 3
 
 
+def test_a_folder_does_not_hide_the_ready_scenario_of_its_name(tmp_path, monkeypatch):
+    (tmp_path / "jammed-rail").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert sr.Scenario.load("jammed-rail").name == "A robot on a rail that jams"
+    with pytest.raises(sr.ScenarioFileError, match="got a folder"):
+        sr.Scenario.load(tmp_path / "jammed-rail")
+
+
 def test_windows_line_ends_and_a_byte_order_mark_do_no_harm(load):
     assert load(b"\xef\xbb\xbf" + PLANAR.replace("\n", "\r\n").encode()).arm.n == 3
 

@@ -22,7 +22,7 @@ from stillreach.simulate.scenario_file.settings import check_joint_weights, law_
 
 PERIOD = 0.01
 """[s] where a file does not say it, as for Scenario."""
-PLAIN = ("name", "period", "duration", "integrator", "loop", "gain", "transition_rate")
+PLAIN = ("name", "description", "period", "duration", "integrator", "loop", "gain", "transition_rate")
 """Keys that go into the Scenario as they are."""
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 from stillreach.errors import Mistake, ScenarioFileError
 from stillreach.simulate.scenario_file.lines import line_numbers
+from stillreach.simulate.scenario_file.words import did_you_mean
 
 Place = tuple[str | int, ...]
 """Keys and indices that lead to a value: ``("faults", 1, "joint")``."""
@@ -91,11 +92,14 @@ def _text(path: Path, name: str) -> str:
     """The file's text, with line feeds alone at the ends of lines."""
     expected = "a scenario file (TOML, UTF-8)"
     try:
-        kind = "a folder" if path.is_dir() else "no regular file" if path.exists() else "no such file"
+        if not path.exists():
+            raise _unreadable(name, "no such file", expected, did_you_mean(name, _files_beside(path)))
         if not path.is_file():
-            raise OSError(0, kind)
+            raise OSError(0, "a folder" if path.is_dir() else "no regular file")
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
+    except ScenarioFileError:
+        raise
     except OSError as error:
         raise _unreadable(name, error.strerror or "a file that cannot be read", expected) from None
     except ValueError as error:
@@ -110,8 +114,16 @@ def _text(path: Path, name: str) -> str:
         raise ScenarioFileError(name, [Mistake("", got, expected, line=line)]) from None
 
 
-def _unreadable(name: str, got: str, expected: str) -> ScenarioFileError:
-    return ScenarioFileError(name, [Mistake("", got, expected)])
+def _files_beside(path: Path) -> list[str]:
+    """TOML files of the folder that one was looked for in."""
+    try:
+        return sorted(str(file) for file in path.parent.glob("*.toml") if file.is_file())
+    except OSError:
+        return []
+
+
+def _unreadable(name: str, got: str, expected: str, hint: str = "") -> ScenarioFileError:
+    return ScenarioFileError(name, [Mistake("", got, expected, hint)])
 
 
 def _syntax_error(text: str, name: str, message: str) -> ScenarioFileError:

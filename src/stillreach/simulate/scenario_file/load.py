@@ -55,7 +55,7 @@ def _found(path: str | os.PathLike[str]) -> tuple[Path, str]:
     if not isinstance(path, str | os.PathLike) or not isinstance(os.fspath(path), str):
         raise InputError("path", _door.describe(path), "the path of a scenario file, or the name of a ready scenario")
     name = os.fspath(path)
-    if isinstance(path, str) and name in scenario_names() and not Path(name).exists():
+    if isinstance(path, str) and name in scenario_names() and (Path(name).is_dir() or not Path(name).exists()):
         return _ready() / f"{name}{SUFFIX}", name
     if isinstance(path, str) and "/" not in name and os.sep not in name and not name.endswith(SUFFIX):
         _refuse_unknown(name)

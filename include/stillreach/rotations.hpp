@@ -1,0 +1,50 @@
+// Rotations that make pairs of columns orthogonal (one-sided Jacobi), four pairs at once: those of one matrix, or the same
+// pair of four.
+#pragma once
+
+#include "lanes.hpp"
+
+STILLREACH_BEGIN
+
+constexpr int kSweeps = 30;
+// Every pair of six columns once: five rounds of three that do not wait for each other.
+constexpr signed char kTournament[5][3][2] = {{{0, 1}, {2, 3}, {4, 5}}, {{0, 2}, {1, 4}, {3, 5}}, {{0, 4}, {1, 3}, {2, 5}},
+                                              {{0, 5}, {1, 2}, {3, 4}}, {{0, 3}, {1, 5}, {2, 4}}};
+
+struct Rotations {
+  Mask here;   // where the columns are not orthogonal
+  Mask large;  // where other pairs' orthogonality may suffer
+  Pack c, s;   // p becomes c p - s q, q becomes s p + c q
+};
+
+// From p'p, q'q and p'q, in the lanes of `where`. Once all cosines of a sweep are below 1e-8 and no rotation mixes columns
+// by more than that, relative to the smaller one, what the sweep leaves is their product: below the rounding.
+STILLREACH_INLINE Rotations rotations(Pack pp, Pack qq, Pack pq, Mask where) {
+  const Pack square = pq * pq, both = pp * qq, d = qq - pp, twice = pq + pq;
+  Rotations turn;
+  turn.here = where & (square > larger(broadcast(1e-31) * both, broadcast(1e-290)));
+  // tan = sign(d) 2 p'q / (|d| + sqrt(d^2 + 4 p'q^2))
+  const Pack below = magnitude(d) + square_root(madd(d, d, twice * twice));
+  const Pack inverse = broadcast(1.0) / square_root(madd(below, below, twice * twice));
+  const Pack c = below * inverse, s = select(d < zero_pack(), -twice, twice) * inverse;
+  const Mask mixes = s * s * larger(pp, qq) > broadcast(1e-16) * smaller(pp, qq);
+  turn.large = turn.here & ((square > broadcast(1e-16) * both) | mixes);
+  turn.c = select(turn.here, c, broadcast(1.0)), turn.s = select(turn.here, s, zero_pack());
+  return turn;
+}
+
+// Sums of the numbers of each pack.
+STILLREACH_INLINE Pack sums(Pack (&p)[4]) {
+  transpose(p[0], p[1], p[2], p[3]);
+  return (p[0] + p[2]) + (p[1] + p[3]);
+}
+
+// Turns two columns of kStride numbers.
+STILLREACH_INLINE void rotate(Pack c, Pack s, double* p, double* q) {
+  for (int r = 0; r < 8; r += 4) {
+    const Pack a = load(p + r), b = load(q + r);
+    store(p + r, madd(c, a, -(s * b))), store(q + r, madd(s, a, c * b));
+  }
+}
+
+STILLREACH_END
