@@ -48,14 +48,16 @@ STILLREACH_INLINE bool joint_bounds(ControllerState& c, int i, double q) {
   if (!(a < infinity())) return true;
   const double slowest = c.last[i] - a * c.period, fastest = c.last[i] + a * c.period;
   bool kept = true;
-  const double slack = 1e-9 * a * c.period;  // rounding of a joint that brakes along the curve is no contradiction
-  if (slowest > upper + slack) {
-    lower = upper, c.lower_reason[i] = c.upper_reason[i], kept = false;
-  } else if (fastest < lower - slack) {
-    upper = lower, c.upper_reason[i] = static_cast<std::int8_t>(-c.lower_reason[i]), kept = false;  // negative: at its lower bound
+  // A joint that brakes along the curve has one rate left up to rounding, to either side: that is no contradiction, and no room.
+  const double slack = 1e-9 * a * c.period;
+  if (slowest > upper - slack) {
+    lower = upper, c.lower_reason[i] = c.upper_reason[i], kept = !(slowest > upper + slack);
+  } else if (fastest < lower + slack) {
+    upper = lower, kept = !(fastest < lower - slack);
+    c.upper_reason[i] = static_cast<std::int8_t>(-c.lower_reason[i]);  // negative: at its lower bound
   } else {
-    if (slowest > lower) lower = smaller(slowest, upper), c.lower_reason[i] = ACCELERATION;
-    if (fastest < upper) upper = larger(fastest, lower), c.upper_reason[i] = ACCELERATION;
+    if (slowest > lower) lower = slowest, c.lower_reason[i] = ACCELERATION;
+    if (fastest < upper) upper = fastest, c.upper_reason[i] = ACCELERATION;
   }
   return kept;
 }

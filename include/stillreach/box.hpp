@@ -25,6 +25,7 @@ struct Box {
   double kappa;
   double threshold;       // of singular values: relative where >= 0, else absolute (its negative)
   double dependent;       // absolute: below it singular values of free columns are rounding
+  double whole;           // length of the right-hand side before rows were left out, with which its rounding comes, or 0
   const double* weight;   // k x k: W, or null for the identity
   double* whitened;       // 6 k and
   double* triangle;       // k x k numbers where there is a weight
@@ -236,7 +237,7 @@ inline int choose_release(Rows<M> m, Box& b, const Inner& in, double rhs_size, b
 // solved: b.target and `in` already hold the answer for all variables free.
 template <int M>
 inline void solve_box(Rows<M> m, const double* rhs, Box& b, Inner& in, bool solved) {
-  double size = square_root(dot(m, rhs, rhs));
+  double size = larger(square_root(dot(m, rhs, rhs)), b.whole);
   for (int i = 0; i < b.k; ++i) {
     b.releases[i] = 0;
     if (b.state[i] > 0 && !(b.upper[i] < infinity())) b.state[i] = 0;

@@ -63,12 +63,21 @@ inline int choose_release_by_angle(Rows<M> m, const Box& b, Inner& in, int free,
   return first >= 0 ? first : second;
 }
 
+// A singular value so small that motion through the box, as far as it is used, changes the residual by rounding only.
+STILLREACH_INLINE double weakest_that_counts(const Box& b) {
+  double used = 0.0, range = 0.0;
+  for (int i = 0; i < b.k; ++i) used = larger(used, magnitude(b.z[i]));
+  for (int i = 0; i < b.k; ++i) range = larger(range, smaller(b.upper[i] - b.lower[i], 4.0 * used));
+  return range > 0.0 ? 1e-16 * b.whole / range : 0.0;
+}
+
 // Goes on from where solve_box() ended. Variables without room stay where they are.
 template <int M>
 inline STILLREACH_NOINLINE void settle_box(Rows<M> m, const double* rhs, Box& b, Inner& in) {
-  double size = square_root(dot(m, rhs, rhs));
+  double size = larger(square_root(dot(m, rhs, rhs)), b.whole);
   for (int i = 0; i < b.k; ++i) b.releases[i] = b.lower[i] < b.upper[i] ? 0 : kNever, size = larger(size, magnitude(b.z[i]) * b.length[i]);
-  const double threshold = b.threshold;
+  const double threshold = b.threshold, dependent = b.dependent;
+  b.dependent = larger(dependent, weakest_that_counts(b));
   b.threshold = -b.dependent;
   Objective now = objective(m, b, rhs, b.z);
   int freed = -1;
@@ -93,7 +102,7 @@ inline STILLREACH_NOINLINE void settle_box(Rows<M> m, const double* rhs, Box& b,
     const int release = choose_release_by_angle(m, b, in, free, size, wanted);
     for (int r = 0; r < kStride; ++r) b.residual[r] = in.residual[r];
     if (release < 0) {
-      b.capped = wanted, b.threshold = threshold;
+      b.capped = wanted, b.threshold = threshold, b.dependent = dependent;
       return;
     }
     now = objective(m, b, rhs, b.z);
@@ -101,7 +110,7 @@ inline STILLREACH_NOINLINE void settle_box(Rows<M> m, const double* rhs, Box& b,
     ++b.releases[release];
     b.state[release] = 0;
   }
-  b.capped = true, b.threshold = threshold;
+  b.capped = true, b.threshold = threshold, b.dependent = dependent;
   residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
 }
 

@@ -79,12 +79,12 @@ inline void evaluate(ControllerState& c, const double* q, const double* twist, c
       select_rows(c, c.pose, c.command, c.twist);
     }
     const Problem p{c.m, n, c.task_jacobian, c.twist, c.lower, c.upper, reference_rates(c, q, w), c.metric};
-    solve_law(c.law, p, w, out);
+    solve_task(c.law, p, w, out);
     if (!kept) out.status |= LIMIT_GIVEN_UP;
     if (out.status & FAULT_NOT_COMPENSATED) {
       bool runaway = false;
       for (int i = 0; i < n; ++i) runaway |= c.health[i] == RUNAWAY;
-      if (!runaway) out.status &= ~FAULT_NOT_COMPENSATED;
+      if (!runaway || can_stand_still(Rows<0>{c.m}, c.law, p, w)) out.status &= ~FAULT_NOT_COMPENSATED;
     }
   } else {
     brake(c, q, out);

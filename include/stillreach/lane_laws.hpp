@@ -75,7 +75,7 @@ inline Mask finish_singularity_robust(const LawSettings& law, const LaneProblem&
   return good;
 }
 
-// gain_damping() of least_error.hpp.
+// damping_part() of least_error.hpp, over 4 g^2.
 template <int M>
 inline Pack gain_damping(double g, const LaneSystem& s, Pack inverse_square_sum) {
   const Pack zero = zero_pack(), one = broadcast(1.0), four = broadcast(4.0);
@@ -129,7 +129,7 @@ inline Mask finish_bounded(const LawSettings& law, const LaneProblem& p, LaneSys
     out.rates[i] = select(s.works[j], clamp(select(is_finite(rate), rate, zero_pack()), p.lower[i], p.upper[i]), out.rates[i]);
   }
   if (law.kind == LEAST_ERROR && law.max_gain > 0.0)  // no damping where the gain is below its limit
-    inside &= broadcast(law.max_gain) / square_root(in.factor.inverse_trace) >= broadcast(1.0);
+    good &= ~s.narrow, inside &= broadcast(law.max_gain) / square_root(in.factor.inverse_trace) >= broadcast(1.0);
   const Mask search = good & ~inside;
   if (!any(search)) return good;
   good &= inside;

@@ -31,6 +31,7 @@ struct LaneSystem {
   bool moves;      // some fixed joint moves
   bool even;       // working joints' bounds are the same on both sides (known to the damping laws)
   Pack working;    // how many work, lane by lane
+  Mask narrow;     // lanes with a window that is narrow beside the widest
   int* joint;      // k
   Mask* works;     // k
   const Pack** column;  // k: M numbers each, weighted, zeros in lanes where the joint does not work
@@ -78,8 +79,13 @@ inline void find_working_joints(const LaneProblem& p, LaneSystem& s, Pack* rates
     s.top[s.k] = p.upper[i] - small * magnitude(p.upper[i]), s.bottom[s.k] = p.lower[i] + small * magnitude(p.lower[i]);
     s.joint[s.k] = i, s.works[s.k] = works, ++s.k;
   }
-  s.working = zero_pack();
-  for (int j = 0; j < s.k; ++j) s.working += select(s.works[j], broadcast(1.0), zero_pack());
+  Pack least = broadcast(infinity()), most = s.working = zero_pack();
+  for (int j = 0; j < s.k; ++j) {
+    const Pack upper = p.upper[s.joint[j]] / s.scale[j], width = upper - p.lower[s.joint[j]] / s.scale[j];
+    s.working += select(s.works[j], broadcast(1.0), zero_pack());
+    least = select(s.works[j], smaller(least, width), least), most = select(s.works[j], larger(most, width), most);
+  }
+  s.narrow = least < broadcast(kNarrow) * most;
 }
 
 // The twist less what the fixed joints do, weighted.

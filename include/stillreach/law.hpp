@@ -32,13 +32,18 @@ inline bool can_stand_still(Rows<M> m, const LawSettings& law, const Problem& p,
   return !(out.status & FAULT_NOT_COMPENSATED);
 }
 
-// out.active holds the bounds that were active a tick ago (zeros: none) and receives those that are now.
-inline void solve_law(const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
+// solve_law(), whose FAULT_NOT_COMPENSATED only says that a fixed joint moves and the task is not met.
+inline void solve_task(const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
   switch (p.m) {
     case 6: solve_rows(Rows<6>{6}, law, p, w, out); break;
     case 3: solve_rows(Rows<3>{3}, law, p, w, out); break;
     default: solve_rows(Rows<0>{p.m}, law, p, w, out);
   }
+}
+
+// out.active holds the bounds that were active a tick ago (zeros: none) and receives those that are now.
+inline void solve_law(const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
+  solve_task(law, p, w, out);
   if ((out.status & FAULT_NOT_COMPENSATED) && can_stand_still(Rows<0>{p.m}, law, p, w)) out.status &= ~FAULT_NOT_COMPENSATED;
 }
 

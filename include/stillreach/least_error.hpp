@@ -59,7 +59,7 @@ inline Box make_box(Rows<M> m, const LawSettings& law, const Problem& p, System&
   b.k = s.k, b.columns = w.columns, b.length = w.length, b.lower = w.lower, b.upper = w.upper, b.kappa = 0.0, b.threshold = law.rank_tolerance;
   b.weight = s.full ? w.weight : nullptr, b.whitened = w.whitened, b.triangle = w.triangle;
   b.z = w.z, b.state = w.state, b.target = w.target, b.work = w.work, b.index = w.index, b.releases = w.releases;
-  b.dependent = 0.0, b.safe = kTwiceCondition, b.iterations = 0, b.capped = b.doubtful = false;
+  b.dependent = b.whole = 0.0, b.safe = kTwiceCondition, b.iterations = 0, b.capped = b.doubtful = false;
   return b;
 }
 
@@ -82,6 +82,7 @@ inline bool solve_unbounded(Rows<M> m, const double* rhs, Box& b, Inner& in) {
 template <int M>
 inline int reduce_rows(Rows<M> m, const Spectrum& s, double* columns, Box& b, double* rhs) {
   const int rank = s.rank > 0 ? s.rank : 1;
+  b.whole = 10.0 * size_of(m, rhs);  // the components share the rounding of the rows
   double own[kStride];
   for (int j = 0; j <= b.k; ++j) {
     double* a = j < b.k ? columns + j * kStride : rhs;
@@ -93,20 +94,76 @@ inline int reduce_rows(Rows<M> m, const Spectrum& s, double* columns, Box& b, do
   return rank;
 }
 
-// kappa for max_gain g: 0 where the pseudoinverse is inside the bounds and its gain below g; else rising with the gain,
-// just fast enough to keep the damped gain at g, or with the excess over the bounds, up to 1 / (4 g^2).
-inline double gain_damping(double g, const Box& b, double inverse_square_sum) {
+// Part of the largest damping, 1 / (4 g^2), for max_gain g: 0 where the targets are inside the bounds and the gain is below g;
+// else rising with the gain, just fast enough to keep the damped gain at g, or with the excess over the bounds. target[j]
+// belongs to index[j], or to j where index is null.
+STILLREACH_INLINE double damping_part(double g, const Box& b, const int* index, int count, double inverse_square_sum) {
   const double sg = g / square_root(inverse_square_sum);  // g times a smooth lower bound of the smallest singular value
   double part = sg >= 1.0 ? 0.0 : sg <= 0.5 ? 1.0 : 4.0 * sg * (1.0 - sg);
   double largest = 0.0, excess = 0.0;
-  for (int j = 0; j < b.k; ++j) {
-    const double up = magnitude(b.upper[j]), down = magnitude(b.lower[j]);
+  for (int j = 0; j < count; ++j) {
+    const int i = index ? index[j] : j;
+    const double up = magnitude(b.upper[i]), down = magnitude(b.lower[i]);
     if (up < infinity()) largest = larger(largest, up);
     if (down < infinity()) largest = larger(largest, down);
-    excess = larger(excess, larger(b.target[j] - b.upper[j], b.lower[j] - b.target[j]));
+    excess = larger(excess, larger(b.target[j] - b.upper[i], b.lower[i] - b.target[j]));
   }
   if (excess > 0.0) part = larger(part, excess < kBoundRamp * largest ? excess / (kBoundRamp * largest) : 1.0);
-  return part / (4.0 * g * g);
+  return part;
+}
+
+// Whether some window between two bounds is narrow beside the widest. An infinite one is wide.
+STILLREACH_INLINE bool any_narrow(const Box& b) {
+  if (b.k < 4) {
+    double least = infinity(), most = 0.0;
+    for (int j = 0; j < b.k; ++j) least = smaller(least, b.upper[j] - b.lower[j]), most = larger(most, b.upper[j] - b.lower[j]);
+    return least < kNarrow * most;
+  }
+  Pack least = load(b.upper) - load(b.lower), most = least;
+  for (int next = 4; next < b.k; next += 4) {  // the last four may overlap those before
+    const int j = next + 4 <= b.k ? next : b.k - 4;
+    const Pack width = load(b.upper + j) - load(b.lower + j);
+    least = choose(least < width, least, width), most = choose(most > width, most, width);
+  }
+  const double low = smaller(smaller(least[0], least[1]), smaller(least[2], least[3]));
+  return low < kNarrow * larger(larger(most[0], most[1]), larger(most[2], most[3]));
+}
+
+// Joints with narrow windows count the less the narrower these are, so that the damping has no jump where a window closes and
+// its joint is one of the fixed. With the shares s1 <= s2 <= ... of the narrow ones, the part is that of all joints, s1 times,
+// of all but the first, s2 - s1 times, and so on. all: the part with all joints. Leaves b.state zeros, b.target as it was.
+template <int M>
+inline STILLREACH_NOINLINE double faded_part(Rows<M> m, double g, const double* rhs, Workspace& w, Box& b, double all) {
+  double widest = 0.0, fastest = 0.0, *share = w.shapes, *target = w.shapes + b.k;
+  bool endless = false;
+  for (int i = 0; i < b.k; ++i) {
+    const double width = b.upper[i] - b.lower[i];
+    target[i] = b.target[i], fastest = larger(fastest, magnitude(target[i]));
+    endless |= width == infinity();
+    if (width < infinity()) widest = larger(widest, width);
+  }
+  if (endless) widest = larger(widest, 2.0 * fastest);
+  int narrow = 0, *order = b.releases;
+  for (int i = 0; i < b.k; ++i) {
+    share[i] = (b.upper[i] - b.lower[i]) / (kNarrow * widest);
+    if (!(share[i] < 1.0)) continue;
+    int at = narrow++;
+    for (; at > 0 && share[order[at - 1]] > share[i]; --at) order[at] = order[at - 1];
+    order[at] = i;
+  }
+  if (narrow == 0) return all;
+  double part = share[order[0]] * all;
+  Inner in;
+  for (int r = 0; r < narrow; ++r) {
+    const int i = order[r];
+    const double gap = (r + 1 < narrow ? share[order[r + 1]] : 1.0) - share[i];
+    b.state[i] = 1, b.z[i] = 0.5 * (b.lower[i] + b.upper[i]);
+    if (!(gap > 0.0)) continue;
+    const int free = solve_free(m, b, rhs, in);
+    part = madd(gap, damping_part(g, b, b.index, free, in.inverse_square_sum), part);
+  }
+  for (int i = 0; i < b.k; ++i) b.state[i] = 0, b.target[i] = target[i];
+  return part;
 }
 
 // From scaled rates relative to the reference to rates inside the bounds; those at a bound get it exactly.
@@ -170,7 +227,12 @@ inline void least_error(Rows<M> m, const LawSettings& law, const Problem& p, Wor
   Inner in;
   const bool inside_all = solve_unbounded(m, rhs, b, in);
   if (in.rank < (s.k < m() ? s.k : m())) out.status |= SINGULAR;
-  if (law.max_gain > 0.0) b.kappa = gain_damping(law.max_gain * s.unit_a, b, in.inverse_square_sum);
+  if (law.max_gain > 0.0) {
+    const double g = law.max_gain * s.unit_a;
+    double part = damping_part(g, b, nullptr, s.k, in.inverse_square_sum);
+    if (any_narrow(b)) part = faded_part(m, g, rhs, w, b, part);
+    b.kappa = part / (4.0 * g * g);
+  }
   if (inside_all && b.kappa == 0.0) {
     for (int j = 0; j < s.k; ++j) b.z[j] = b.target[j];
   } else {

@@ -171,6 +171,7 @@ STILLREACH_INLINE void task_residual(Rows<M> m, const Problem& p, const double* 
     for (int r = 0; r < m(); ++r) e[r] = madd(-p.jacobian[i * m() + r], rates[i], e[r]);
 }
 
+constexpr double kNarrow = 0.01;       // part of the widest window between bounds below which one is narrow
 constexpr double kCompensated = 1e-9;  // relative task error from which on a runaway joint counts as not compensated
 
 // Where a fixed joint moves, and the task is not met: the others may be unable to make up for it.

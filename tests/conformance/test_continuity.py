@@ -71,7 +71,7 @@ def between(a, b):
 
 
 def line(seed, kind, arm_name="paper"):
-    """A line in one of twist, configuration ("q": through the straight pose) and bounds, the rest held."""
+    """A line in one of twist, configuration ("q": through the straight pose), bounds, and a window, the rest held."""
     rng = np.random.default_rng([7, seed])
     subject = ARMS[arm_name]
     arm, rows = subject.make(), list(subject.rows)
@@ -86,18 +86,26 @@ def line(seed, kind, arm_name="paper"):
         q = between(here, -here)
     elif kind == "bounds":
         scale = between(np.full((2, arm.n), 0.02), 10.0 ** rng.uniform(0.0, 1.0, (2, arm.n)))
+    elif kind == "a window":  # of one or two joints, which closes at a rate that is not 0
+        some, ends = rng.permutation(np.flatnonzero(~failed))[: 1 + seed % 2], between(1.0, 0.0)
+        shut = 0.3 * rng.uniform(-1.0, 1.0, len(some)) * limits[0, some]
     else:
         q = between(here, there)
 
     def question(t):
         low, high = limits * scale(t) * ~failed
-        return arm.jacobian(q(t))[rows], x(t), -low, high
+        low = -low
+        if kind == "a window":
+            width = 0.02 * ends(t) * limits[:, some] * np.arange(1, len(some) + 1)
+            low[some], high[some] = shut - width[0], shut + width[1]
+        return arm.jacobian(q(t))[rows], x(t), low, high
 
     return question
 
 
 SEEDS = (0, 1, 3)
-LINES = [("least error", DAMPED, kind, seed) for kind in ("twist", "q", "bounds", "pose to pose") for seed in SEEDS]
+KINDS = ("twist", "q", "bounds", "a window", "pose to pose")
+LINES = [("least error", DAMPED, kind, seed) for kind in KINDS for seed in SEEDS]
 LINES += [("keep direction", sr.KeepDirection(), "twist", seed) for seed in SEEDS]
 
 

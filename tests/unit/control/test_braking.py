@@ -9,6 +9,7 @@ from tests.unit.control.robots import mixed, pushed, slide
 LIMIT = 1.0
 DRIVES = [(2.0, 4.0), (0.7, 1.0), (3.3, 50.0), (1.0, 0.6), (0.05, 7.0)]  # rate limit, acceleration limit
 PERIODS = [1e-3, 0.01, 0.037, 0.1]
+ACCELERATION, PERIOD = 5.0, 0.01  # of an arm among whose joints some brake
 
 
 def drive(rate, acceleration, period, side, *, start=-0.2):
@@ -98,3 +99,35 @@ def test_a_whole_arm_stays_inside_every_limit_while_it_is_pushed_about(law):
         assert np.max(np.abs(rates - last)) <= acceleration * period * (1 + 1e-9)
         q, last = q + period * rates, rates
         assert np.max(np.abs(q)) <= position + 1e-12
+
+
+def brake_in_a_crowd(q, twist, nudge):
+    """100 ticks of an arm whose joints run into their limits: rates (T, n), damping (T,), statuses, q (n,)."""
+    arm = sr.arms.nasa_modular().with_limits(position=(-2.5, 2.5), acceleration=ACCELERATION)
+    ctl = sr.Controller(arm, law=sr.LeastError(), period=PERIOD, rate_limits=np.deg2rad(50))
+    for joint in (1, 3, 6):
+        ctl.fail(joint)
+    q, rates, damping, status = q + nudge, [], [], sr.Status.OK
+    for _ in range(100):
+        out = ctl.step(q, twist)
+        q = q + PERIOD * out.rates
+        rates.append(out.rates)
+        damping.append(out.damping)
+        status |= out.status
+    return np.array(rates), np.array(damping), status, q
+
+
+def test_rounding_does_not_choose_which_joints_count_while_one_brakes():
+    """On its braking curve a joint has one rate left up to rounding; it was fixed in one tick and free in the next."""
+    rng = np.random.default_rng(6)
+    braked = 0
+    for _ in range(60):
+        q, twist = rng.uniform(-2.0, 2.0, 11), 0.5 * rng.normal(size=6)
+        rates, damping, status, end = brake_in_a_crowd(q, twist, 0.0)
+        others = brake_in_a_crowd(q, twist, 1e-13 * rng.standard_normal(11))
+        assert not status & sr.Status.LIMIT_GIVEN_UP
+        assert np.max(np.abs(np.diff(rates, axis=0, prepend=0.0))) <= ACCELERATION * PERIOD * (1 + 1e-12)
+        assert np.max(np.abs(rates - others[0])) <= 1e-9
+        assert np.max(np.abs(damping - others[1])) <= 1e-9
+        braked += np.max(np.abs(end)) > 2.4  # joints came to their limits
+    assert braked >= 5

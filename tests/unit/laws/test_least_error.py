@@ -19,8 +19,9 @@ RANK_TOLERANCE = 1e-10
 
 
 def between(problem, rates):
-    """(n,) bool: the joints that `rates` leaves between their bounds."""
-    return (rates > problem.lower) & (rates < problem.upper)
+    """(n,) bool: the joints that `rates` leaves between their bounds, by more than rounding of their units."""
+    slack = 1e-14 * np.abs(rates)
+    return (rates > problem.lower + slack) & (rates < problem.upper - slack)
 
 
 def allowance(case, theirs):
@@ -77,8 +78,8 @@ def test_duality_proves_the_error_least(bound_cases, ask, tally):
 
 
 def test_among_equals_the_nearest_to_the_reference(bound_cases, ask, tally):
-    rng = np.random.default_rng(21)
-    for case in bound_cases[: 2 * SAMPLE]:
+    rng, cases = np.random.default_rng(21), bound_cases[: 2 * SAMPLE]
+    for case in cases:
         problem = case.boxed
         reference = np.where(case.failed, 0.0, rng.normal(size=case.j.shape[1]) * problem.unit * rng.choice([0.0, 1.0]))
         rates = ask(sr.LeastError, case, max_gain=None, reference=reference).rates / problem.unit
@@ -89,7 +90,8 @@ def test_among_equals_the_nearest_to_the_reference(bound_cases, ask, tally):
         if nearest is None:
             tally["the solver gave up"] += 1
             continue
-        free = between(problem, rates) | (rates != nearest)
+        moved = np.abs(rates - nearest) > 1e-9 * np.max(np.abs(rates))  # by more than the solver's rounding
+        free = between(problem, rates) | moved
         s = np.linalg.svd(problem.j[:, free], compute_uv=False)
         lengths = np.linalg.norm(problem.j[:, free], axis=0)
         if np.any((s > 1e-15) & (s < 1e-4)) or np.any((lengths > 0) & (lengths < 1e-9)):
@@ -99,8 +101,8 @@ def test_among_equals_the_nearest_to_the_reference(bound_cases, ask, tally):
         ours, theirs = (np.sqrt((r - target) @ problem.weight @ (r - target)) for r in (rates, nearest))
         tally.holds(ours <= theirs * (1 + 1e-6) + 1e-9, case, ours, theirs)
     tally.settle()
-    assert tally["compared"] > 0.6 * 2 * SAMPLE
-    assert tally["the solver gave up"] < 0.05 * 2 * SAMPLE
+    assert tally["compared"] > 0.6 * len(cases)
+    assert tally["the solver gave up"] < 0.05 * len(cases)
 
 
 def test_the_worked_planar_arm():
