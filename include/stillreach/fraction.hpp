@@ -9,7 +9,9 @@
 STILLREACH_BEGIN
 
 constexpr double kLeaves = 1e-9;    // part of a column across a plane that is not rounding
-constexpr double kReached = 1e-13;  // relative residual that counts as none
+constexpr double kReached = 1e-13;  // relative residual that counts as none,
+constexpr double kNearly = 1e-9;    // and one that may be none, where the search cannot tell
+constexpr int kFractionSteps = 60;
 
 // The residual that counts as none: rounding of the twist, and of the sum of what the joints contribute.
 STILLREACH_INLINE double reached(const Box& b, double scale) {
@@ -18,12 +20,11 @@ STILLREACH_INLINE double reached(const Box& b, double scale) {
   return kReached * scale + kRounding * largest;
 }
 
-// The box lies on one side of any plane: (fixed + fraction * twist) . normal <= its largest value over the box. An upper
-// bound of the fraction; more than 1 where the plane says nothing, negative where it allows none. touching: b.z lies on the
-// plane, so that free variables, and those without a bound on the side that rounding points to, move along it.
+// The box lies on one side of any plane: (fixed + fraction * twist) . normal <= its largest value over the box. Returns that value
+// less what `fixed` has of it. touching: b.z lies on the plane, so that free variables, and those without a bound on the side that
+// rounding points to, move along it.
 template <int M>
-inline double plane_fraction(Rows<M> m, const double* fixed, const double* twist, const Box& b, const double* normal, bool touching) {
-  const double along = dot(m, normal, twist);
+inline double plane_support(Rows<M> m, const double* fixed, const Box& b, const double* normal, bool touching) {
   double support = -dot(m, normal, fixed);
   for (int i = 0; i < b.k; ++i) {
     const double slope = dot(m, normal, b.columns + i * kStride);
@@ -31,6 +32,13 @@ inline double plane_fraction(Rows<M> m, const double* fixed, const double* twist
     if (touching && (b.state[i] == 0 || magnitude(at) == infinity())) at = b.z[i];
     if (slope != 0.0) support = madd(slope, at, support);
   }
+  return support;
+}
+
+// An upper bound of the fraction; more than 1 where the plane says nothing, negative where it allows none.
+template <int M>
+inline double plane_fraction(Rows<M> m, const double* fixed, const double* twist, const Box& b, const double* normal, bool touching) {
+  const double along = dot(m, normal, twist), support = plane_support(m, fixed, b, normal, touching);
   if (along > 0.0) return support / along;
   return support < 0.0 ? -1.0 : 2.0;
 }
@@ -99,8 +107,39 @@ inline double raise_fraction(Rows<M> m, const double* fixed, const double* twist
   return fraction;
 }
 
-// Where rounding may have decided: from the fraction found, if b.z reaches it, else from 0, as far up as it goes. Negative: no
-// fraction is reachable.
+// The bounded answer at a fraction, careful. Returns how far from it that is, with the residual in b.
+template <int M>
+inline double settle_at(Rows<M> m, const double* fixed, const double* twist, double fraction, Inner& in, Box& b, double* rhs) {
+  for (int r = 0; r < m(); ++r) rhs[r] = madd(fraction, twist[r], fixed[r]);
+  solve_box(m, rhs, b, in, false);
+  settle_box(m, rhs, b, in);
+  residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
+  return size_of(m, b.residual);
+}
+
+// The smallest fraction that b.z can reach, from 0 upwards: bounds may leave no rest, and some fractions all the same. Newton's
+// method on the distance, as from above; near its end, where planes are rounded, small steps that grow. Negative: none.
+template <int M>
+inline double smallest_fraction(Rows<M> m, const double* fixed, const double* twist, double scale, Inner& in, Box& b, double* rhs) {
+  double fraction = 0.0, push = 1e-12;
+  for (int step = 0; step < kFractionSteps && fraction <= 1.0; ++step) {
+    const double error = settle_at(m, fixed, twist, fraction, in, b, rhs);
+    if (error <= reached(b, scale)) return fraction;
+    double normal[kStride];
+    for (int r = 0; r < kStride; ++r) normal[r] = b.residual[r] / error;
+    const double along = dot(m, normal, twist);
+    double next = along < 0.0 ? plane_support(m, fixed, b, normal, true) / along : fraction;
+    if (!(next > fraction + push)) {
+      if (error > kNearly * scale) return -1.0;
+      next = fraction + push, push *= 4.0;
+    }
+    fraction = next;
+  }
+  return -1.0;
+}
+
+// Where rounding may have decided: from the fraction found, if b.z reaches it, else from the smallest one, as far up as it goes.
+// Negative: no fraction is reachable.
 template <int M>
 inline STILLREACH_NOINLINE double settle_fraction(Rows<M> m, const double* fixed, const double* twist, double scale, double fraction,
                                                   Workspace& w, Inner& in, Box& b, bool& capped) {
@@ -111,11 +150,14 @@ inline STILLREACH_NOINLINE double settle_fraction(Rows<M> m, const double* fixed
     return size_of(m, b.residual);
   };
   if (!(fraction >= 0.0 && error_at(fraction) <= reached(b, scale))) {
-    fraction = 0.0;
-    solve_box(m, fixed, b, in, false);
-    settle_box(m, fixed, b, in);
+    const double found = fraction;
+    fraction = smallest_fraction(m, fixed, twist, scale, in, b, rhs);
     capped = b.capped;
-    if (error_at(0.0) > reached(b, scale)) return -1.0;
+    if (fraction < 0.0) {
+      const bool nearly = found > 0.0 && settle_at(m, fixed, twist, found, in, b, rhs) <= kNearly * scale;
+      capped = b.capped;
+      return nearly ? found : -1.0;
+    }
   }
   fraction = raise_fraction(m, fixed, twist, fraction, w, in, b);
   for (int i = 0; i < b.k; ++i) w.shapes[i] = b.z[i], w.held[i] = b.state[i];

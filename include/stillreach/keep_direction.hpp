@@ -9,8 +9,6 @@
 
 STILLREACH_BEGIN
 
-constexpr int kFractionSteps = 60;
-constexpr double kNearly = 1e-9;    // relative residual that may be none, where the search cannot tell,
 constexpr double kSafe = 1e9;       // condition number of a Gram matrix whose planes hold
 constexpr double kShort = 1e-5;     // and one whose direction needs care,
 constexpr double kNothing = 1e-14;  // a fraction that counts as none

@@ -101,7 +101,7 @@ def test_a_small_value_keeps_its_digits():
         q = np.array([0.7, angle])
         x, y = math.cos(0.7) + math.cos(0.7 + angle), math.sin(0.7) + math.sin(0.7 + angle)
         largest = svd(np.array([[-y, -math.sin(0.7 + angle)], [x, math.cos(0.7 + angle)]]))[0]
-        rounding = 4e-16 / angle
+        rounding = 1e-15 / angle  # two units in the last place of the largest value, √5
         assert abs(arm.manipulability(q, task) / math.sin(angle) - 1.0) <= rounding + 1e-14
         assert abs(arm.singular_values(q, task)[1] * largest / math.sin(angle) - 1.0) <= rounding + 1e-14
 

@@ -8,6 +8,7 @@ import os
 
 import numpy as np
 import pytest
+from scipy import optimize
 
 import stillreach as sr
 from oracles import box, exact
@@ -137,3 +138,36 @@ def test_twist_and_bounds_times_s_leave_the_scale(bound_cases):
         one = law.solve(case.j, case.twist, sr.Bounds(case.lower, case.upper), row_kinds=case.rows)
         other = law.solve(case.j, 8 * case.twist, sr.Bounds(8 * case.lower, 8 * case.upper), row_kinds=case.rows)
         assert other.scale == pytest.approx(one.scale, abs=1e-9), case.label
+
+
+def test_windows_that_leave_no_rest():
+    """As acceleration limits make them: twists that some fractions of can be done, none of it at rest."""
+    rng = np.random.default_rng(17)
+    arm, compared, without_rest = sr.arms.nasa_modular(), 0, 0
+    for _ in range(1200):
+        q = rng.choice(
+            [rng.uniform(-1, 1, 11), rng.uniform(-1, 1) * np.eye(11)[rng.integers(11)] + 1e-3 * rng.normal(size=11)]
+        )
+        j, size = arm.jacobian(q), rng.choice([0.03, 0.2])
+        lower = rng.uniform(-0.8, 0.8 - size, 11)
+        upper = lower + size * rng.choice([1.0, 0.5, 0.0], 11, p=[0.6, 0.3, 0.1])
+        inside = lower + (upper - lower) * rng.uniform(size=11)
+        twist = j @ inside / rng.uniform(0.3, 1.0)  # so that this fraction can be done
+        best, off = box.largest_scale(j, twist, lower, upper)
+        rest = np.linalg.norm(j @ optimize.lsq_linear(j, np.zeros(6), (lower, upper + 1e-15)).x)
+        if best is None or off > 1e-13:
+            continue
+        out = sr.KeepDirection().solve(j, twist, sr.Bounds(lower, upper))
+        assert np.all(out.rates >= lower)
+        assert np.all(out.rates <= upper)
+        direction = np.linalg.norm(j @ out.rates - out.scale * twist) / (1.0 + np.linalg.norm(twist))
+        assert direction <= 1e-9
+        if np.linalg.cond(j) > 1e3:  # the few fractions there are may be closer together than rounding
+            continue
+        if not abs(out.scale - best) <= 1e-9:
+            best = exact.largest_scale(j, twist, lower, upper)
+        assert best is not None
+        assert abs(out.scale - best) <= 1e-9, (q, out.scale, best)
+        compared, without_rest = compared + 1, without_rest + (rest > 1e-6)
+    assert compared > 400
+    assert without_rest > 200
