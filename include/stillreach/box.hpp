@@ -189,6 +189,28 @@ inline void advance(Rows<M> m, Box& b, const double* rhs, int free, bool first, 
   now = objective(m, b, rhs, b.z);
 }
 
+struct Release {
+  int variable = -1;
+  double gain = 0.0;
+};
+
+// Fixed variable i, whose release gains something beyond `noise`, if it was not released `most` times. wanted: it was.
+STILLREACH_INLINE void consider(const Box& b, int i, double gain, double noise, int most, Release& best, bool& wanted) {
+  if (b.releases[i] >= most)
+    wanted |= b.releases[i] != kNever && gain > 100.0 * noise;
+  else if (gain > best.gain)
+    best.variable = i, best.gain = gain;
+}
+
+// What its release gains in the norm.
+template <int M>
+STILLREACH_INLINE void consider_norm(Rows<M> m, const Box& b, int i, const double* dual, double dual_size, int most, Release& best,
+                                     bool& wanted) {
+  const double z = weighted(b, b.z, i), gain = b.state[i] * (z - dot(m, b.columns + i * kStride, dual));
+  const double slack = 1e-12 * (magnitude(z) + b.length[i] * dual_size);
+  if (gain > slack) consider(b, i, gain, slack, most, best, wanted);
+}
+
 // The fixed variable whose release lowers the objective most, or -1. wanted: one was wanted that may not move again.
 template <int M>
 inline int choose_release(Rows<M> m, Box& b, const Inner& in, double rhs_size, bool& wanted) {
@@ -204,8 +226,9 @@ inline int choose_release(Rows<M> m, Box& b, const Inner& in, double rhs_size, b
   const double floor = larger(1e-16 * size, longest > 0.0 ? 4.0 * along / longest : 0.0);
   const bool damped = b.kappa > 0.0, consistent = dot(m, in.residual, in.residual) <= kRounding * kRounding * size * size;
   const double dual_size = square_root(dot(m, in.dual, in.dual));
-  int first = -1, second = -1;
-  double first_gain = 0.0, second_gain = 0.0;
+  int first = -1;
+  double first_gain = 0.0;
+  Release second;
   wanted = false;
   for (int i = 0; i < b.k; ++i) {
     if (b.state[i] == 0) continue;
@@ -223,15 +246,9 @@ inline int choose_release(Rows<M> m, Box& b, const Inner& in, double rhs_size, b
       continue;
     }
     // or in the norm (with damping in the sum of both, which has the same form).
-    const double z = weighted(b, b.z, i), secondary = side * (z - dot(m, a, in.dual));
-    const double slack = 1e-12 * (magnitude(z) + length * dual_size);
-    if (!(secondary > slack)) continue;
-    if (b.releases[i] >= kMaxReleases)
-      wanted |= b.releases[i] != kNever && secondary > 100.0 * slack;
-    else if (secondary > second_gain)
-      second = i, second_gain = secondary;
+    consider_norm(m, b, i, in.dual, dual_size, kMaxReleases, second, wanted);
   }
-  return first >= 0 ? first : second;
+  return first >= 0 ? first : second.variable;
 }
 
 // solved: b.target and `in` already hold the answer for all variables free.

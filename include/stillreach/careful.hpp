@@ -29,8 +29,7 @@ inline int choose_release_by_angle(Rows<M> m, const Box& b, Inner& in, int free,
   make_orthogonal(m, in.spectrum.left, rank, in.residual);
   const double error = size_of(m, in.residual), dual_size = size_of(m, in.dual);
   const bool consistent = !(error > kRounding * size);
-  int first = -1, second = -1;
-  double first_gain = 0.0, second_gain = 0.0;
+  Release first, second;
   wanted = false;
   for (int i = 0; i < b.k; ++i) {
     if (b.state[i] == 0) continue;
@@ -45,22 +44,13 @@ inline int choose_release_by_angle(Rows<M> m, const Box& b, Inner& in, int free,
       const double noise = 1e-15 * (b.length[i] / length + size / error);
       if (magnitude(cosine) > noise) {
         if (cosine < 0.0) continue;
-        if (b.releases[i] >= kCarefulReleases)
-          wanted |= b.releases[i] != kNever && cosine > 100.0 * noise;
-        else if (cosine > first_gain)
-          first = i, first_gain = cosine;
+        consider(b, i, cosine, noise, kCarefulReleases, first, wanted);
         continue;
       }
     }
-    const double z = weighted(b, b.z, i), secondary = side * (z - dot(m, a, in.dual));
-    const double slack = 1e-12 * (magnitude(z) + b.length[i] * dual_size);
-    if (!(secondary > slack)) continue;
-    if (b.releases[i] >= kCarefulReleases)
-      wanted |= b.releases[i] != kNever && secondary > 100.0 * slack;
-    else if (secondary > second_gain)
-      second = i, second_gain = secondary;
+    consider_norm(m, b, i, in.dual, dual_size, kCarefulReleases, second, wanted);
   }
-  return first >= 0 ? first : second;
+  return first.variable >= 0 ? first.variable : second.variable;
 }
 
 // A singular value so small that motion through the box, as far as it is used, changes the residual by rounding only.

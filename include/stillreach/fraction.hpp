@@ -107,23 +107,31 @@ inline double raise_fraction(Rows<M> m, const double* fixed, const double* twist
   return fraction;
 }
 
-// The bounded answer at a fraction, careful. Returns how far from it that is, with the residual in b.
+// How far b.z is from a fraction, with the residual in b; rhs receives what it aims at.
 template <int M>
-inline double settle_at(Rows<M> m, const double* fixed, const double* twist, double fraction, Inner& in, Box& b, double* rhs) {
-  for (int r = 0; r < m(); ++r) rhs[r] = madd(fraction, twist[r], fixed[r]);
-  solve_box(m, rhs, b, in, false);
-  settle_box(m, rhs, b, in);
+inline double distance_at(Rows<M> m, const double* fixed, const double* twist, double fraction, Box& b, double* rhs) {
+  for (int r = 0; r < kStride; ++r) rhs[r] = r < m() ? madd(fraction, twist[r], fixed[r]) : 0.0;
   residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
   return size_of(m, b.residual);
+}
+
+// The bounded answer at a fraction, warm; careful: by the second stage in any case. Returns how far from it that is.
+template <int M>
+inline double solve_fraction(Rows<M> m, const double* fixed, const double* twist, double fraction, bool careful, Box& b, Inner& in) {
+  double rhs[kStride];
+  distance_at(m, fixed, twist, fraction, b, rhs);
+  solve_box(m, rhs, b, in, false);
+  if (careful || b.doubtful) settle_box(m, rhs, b, in);
+  return distance_at(m, fixed, twist, fraction, b, rhs);
 }
 
 // The smallest fraction that b.z can reach, from 0 upwards: bounds may leave no rest, and some fractions all the same. Newton's
 // method on the distance, as from above; near its end, where planes are rounded, small steps that grow. Negative: none.
 template <int M>
-inline double smallest_fraction(Rows<M> m, const double* fixed, const double* twist, double scale, Inner& in, Box& b, double* rhs) {
+inline double smallest_fraction(Rows<M> m, const double* fixed, const double* twist, double scale, Inner& in, Box& b) {
   double fraction = 0.0, push = 1e-12;
   for (int step = 0; step < kFractionSteps && fraction <= 1.0; ++step) {
-    const double error = settle_at(m, fixed, twist, fraction, in, b, rhs);
+    const double error = solve_fraction(m, fixed, twist, fraction, true, b, in);
     if (error <= reached(b, scale)) return fraction;
     double normal[kStride];
     for (int r = 0; r < kStride; ++r) normal[r] = b.residual[r] / error;
@@ -143,28 +151,23 @@ inline double smallest_fraction(Rows<M> m, const double* fixed, const double* tw
 template <int M>
 inline STILLREACH_NOINLINE double settle_fraction(Rows<M> m, const double* fixed, const double* twist, double scale, double fraction,
                                                   Workspace& w, Inner& in, Box& b, bool& capped) {
-  double rhs[kStride] = {0, 0, 0, 0, 0, 0, 0, 0};
-  const auto error_at = [&](double at) {
-    for (int r = 0; r < m(); ++r) rhs[r] = madd(at, twist[r], fixed[r]);
-    residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
-    return size_of(m, b.residual);
-  };
-  if (!(fraction >= 0.0 && error_at(fraction) <= reached(b, scale))) {
+  double rhs[kStride];
+  if (!(fraction >= 0.0 && distance_at(m, fixed, twist, fraction, b, rhs) <= reached(b, scale))) {
     const double found = fraction;
-    fraction = smallest_fraction(m, fixed, twist, scale, in, b, rhs);
+    fraction = smallest_fraction(m, fixed, twist, scale, in, b);
     capped = b.capped;
     if (fraction < 0.0) {
-      const bool nearly = found > 0.0 && settle_at(m, fixed, twist, found, in, b, rhs) <= kNearly * scale;
+      const bool nearly = found > 0.0 && solve_fraction(m, fixed, twist, found, true, b, in) <= kNearly * scale;
       capped = b.capped;
       return nearly ? found : -1.0;
     }
   }
   fraction = raise_fraction(m, fixed, twist, fraction, w, in, b);
   for (int i = 0; i < b.k; ++i) w.shapes[i] = b.z[i], w.held[i] = b.state[i];
-  const double before = error_at(fraction);
+  const double before = distance_at(m, fixed, twist, fraction, b, rhs);
   settle_box(m, rhs, b, in);
   capped = b.capped;
-  if (error_at(fraction) > larger(before, reached(b, scale)))
+  if (distance_at(m, fixed, twist, fraction, b, rhs) > larger(before, reached(b, scale)))
     for (int i = 0; i < b.k; ++i) b.z[i] = w.shapes[i], b.state[i] = w.held[i];
   return fraction;
 }

@@ -69,17 +69,6 @@ inline double largest_fraction(Rows<M> m, const double* fixed, const double* twi
   return fraction;
 }
 
-// The bounded answer at a fraction, warm; returns how far from it that is.
-template <int M>
-inline double solve_fraction(Rows<M> m, const double* fixed, const double* twist, double fraction, Box& b, Inner& in) {
-  double rhs[kStride] = {0, 0, 0, 0, 0, 0, 0, 0};
-  for (int r = 0; r < m(); ++r) rhs[r] = madd(fraction, twist[r], fixed[r]);
-  solve_box(m, rhs, b, in, false);
-  if (b.doubtful) settle_box(m, rhs, b, in);
-  residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
-  return size_of(m, b.residual);
-}
-
 // The search in the m rows that count. Negative: no fraction. solved: b.target and `in` hold the unbounded answer.
 template <int M>
 inline double search_fraction(Rows<M> m, const double* fixed, const double* twist, bool solved, Workspace& w, Box& b, Inner& in,
@@ -111,11 +100,11 @@ inline STILLREACH_NOINLINE double search_reduced(Rows<M> m, double* fixed, doubl
   double fraction = size_of(m, rest) <= none ? only : -1.0;
   if (fraction >= 0.0 && all)
     fraction = search_fraction(rank, own_fixed, own_twist, false, w, b, in, plane ? own_plane : nullptr, capped);
-  else if (fraction > 0.0 && solve_fraction(rank, own_fixed, own_twist, only, b, in) > none)
+  else if (fraction > 0.0 && solve_fraction(rank, own_fixed, own_twist, only, false, b, in) > none)
     fraction = -1.0;
   else
     capped = b.capped;
-  if (!(fraction > 0.0)) solve_fraction(rank, own_fixed, own_twist, 0.0, b, in), capped = b.capped;
+  if (!(fraction > 0.0)) solve_fraction(rank, own_fixed, own_twist, 0.0, false, b, in), capped = b.capped;
   for (int r = 0; plane && r < m(); ++r) {
     plane[r] = 0.0;
     for (int j = 0; j < rank(); ++j) plane[r] = madd(own_plane[j], s.left[j][r], plane[r]);
@@ -144,7 +133,7 @@ inline void keep_direction(Rows<M> m, const LawSettings& law, const Problem& p, 
       out.scale = search_reduced(m, fixed, twist, reached(b, scale), w, b, in, out.plane, capped);
     } else {
       out.scale = search_fraction(m, fixed, twist, !warm, w, b, in, out.plane, capped);
-      if (out.scale < 0.0) solve_fraction(m, fixed, twist, 0.0, b, in), capped = b.capped;
+      if (out.scale < 0.0) solve_fraction(m, fixed, twist, 0.0, false, b, in), capped = b.capped;
     }
     out.scale = larger(out.scale, 0.0);
     if (out.scale < 1.0) out.status |= SCALED;
