@@ -15,7 +15,7 @@ from stillreach.arm import Arm
 from stillreach.bounds import Bounds
 from stillreach.errors import InputError
 from stillreach.laws import Law
-from stillreach.task import UNIT_WEIGHTS, Task
+from stillreach.task import Task, task_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,25 +130,12 @@ def _of_configurations(
     for name, value in (("row_kinds", row_kinds), ("joint_kinds", joint_kinds)):
         if value is not None:
             raise InputError(name, _door.describe(value), "None: the arm and the task say it")
-    metric, model, asked = task_of(arm, law, task)
+    metric, model, asked = task_of(arm, law.weights, task)
     points = _door.array("q", q, "an array (N, n)")
     if points.ndim != 2 or points.shape[1] != arm.n:
         raise InputError("q", _door.describe(points), f"an array (N, {arm.n}) of joint values")
     given = {"q": points, "twist": _rows("twist", twist, len(points), 6)}
     return metric, model, asked.indices, asked.frame == "tool", given
-
-
-def task_of(arm: Arm, law: Law, task: Any) -> tuple[_core.Metric, _core.ArmModel, Task]:
-    """Metric of the task's rows, the arm with the task's tool, and the task; None is all six rows."""
-    asked = Task() if task is None else task
-    if not isinstance(asked, Task):
-        raise InputError("task", _door.describe(asked), "stillreach.Task")
-    if law.weights is not None and asked.weights is not None and law.weights is not asked.weights:
-        raise InputError("weights", "different weights of law and task", "weights in one of them")
-    rows = asked.indices
-    prismatic = [joint.kind == "prismatic" for joint in arm.joints]
-    metric = (law.weights or asked.weights or UNIT_WEIGHTS).metric([row < 3 for row in rows], prismatic, rows)
-    return metric, (arm if asked.tool is None else arm.with_tool(arm.tool @ asked.tool)).model, asked
 
 
 def _of_jacobians(
@@ -204,6 +191,13 @@ def _last(arm: Any, model: Any, last_rates: Any, period: Any, count: int, n: int
     return {
         "last": np.ascontiguousarray(np.broadcast_to(last, (count, n))),
         "period": _door.positive("period", period),
+        **motion_limits(arm),
+    }
+
+
+def motion_limits(arm: Arm) -> dict[str, FloatArray]:
+    """Position and acceleration limits, (n,) each, as the core reads them."""
+    return {
         "position_lower": np.ascontiguousarray(arm.position_limits[:, 0]),
         "position_upper": np.ascontiguousarray(arm.position_limits[:, 1]),
         "acceleration": np.ascontiguousarray(arm.acceleration_limits),

@@ -12,11 +12,11 @@ import numpy.typing as npt
 from stillreach import _core, _door
 from stillreach._door import FloatArray
 from stillreach.arm import Arm
-from stillreach.batch import bounds_of_rows, task_of, threads_of
+from stillreach.batch import bounds_of_rows, motion_limits, threads_of
 from stillreach.bounds import Bounds
 from stillreach.errors import InputError
 from stillreach.laws import Law
-from stillreach.task import Task
+from stillreach.task import Task, task_of
 
 INTEGRATORS = ("euler", "rk4")
 MOST_STEPS = 10**12
@@ -98,7 +98,7 @@ def rollout_batch(
         raise InputError("arm", _door.describe(arm), "stillreach.Arm")
     if not isinstance(law, Law):
         raise InputError("law", _door.describe(law), "a law, such as stillreach.LeastError()")
-    metric, model, asked = task_of(arm, law, task)
+    metric, model, asked = task_of(arm, law.weights, task)
     points = _matrix("start", start, None, arm.n)
     count, total, interval = len(points), _steps("steps", steps), _steps("every", every)
     commands, strides = _commands(twist, count, total)
@@ -107,9 +107,7 @@ def rollout_batch(
     if last_rates is not None:
         given["last_rates"] = _matrix("last_rates", last_rates, count, arm.n)
     if np.isfinite(arm.position_limits).any() or np.isfinite(arm.acceleration_limits).any():
-        given["position_lower"] = np.ascontiguousarray(arm.position_limits[:, 0])
-        given["position_upper"] = np.ascontiguousarray(arm.position_limits[:, 1])
-        given["acceleration"] = np.ascontiguousarray(arm.acceleration_limits)
+        given |= motion_limits(arm)
     answers = _answers(record, count, -(-total // interval), arm.n)
     _core.rollout_batch(
         law.core(),

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from stillreach import _door
-from stillreach._core import Metric
+from stillreach._core import ArmModel, Metric
 from stillreach._door import FloatArray
+from stillreach.arm import Arm
 from stillreach.errors import InputError
 
 ROWS = {"pose": (0, 1, 2, 3, 4, 5), "position": (0, 1, 2), "orientation": (3, 4, 5)}
@@ -177,3 +178,25 @@ def _row_indices(rows: str | Sequence[bool]) -> tuple[int, ...]:
             "rows", _door.describe(rows), "'pose', 'position', 'orientation' or 6 booleans, one of them True"
         )
     return tuple(i for i, flag in enumerate(mask) if flag)
+
+
+def task_of(arm: Arm, weights: Weights | None, task: Any) -> tuple[Metric, ArmModel, Task]:
+    """Metric of the task's rows, the arm with the task's tool, and the task; None is all six rows.
+
+    Args:
+        arm: the arm.
+        weights: those of the law.
+        task: a Task or None.
+
+    Raises:
+        InputError: it is no task, or has other weights than the law.
+    """
+    asked = Task() if task is None else task
+    if not isinstance(asked, Task):
+        raise InputError("task", _door.describe(asked), "stillreach.Task")
+    if weights is not None and asked.weights is not None and weights is not asked.weights:
+        raise InputError("weights", "different weights of law and task", "weights in one of them")
+    prismatic = [joint.kind == "prismatic" for joint in arm.joints]
+    linear = [row < 3 for row in asked.indices]
+    metric = (weights or asked.weights or UNIT_WEIGHTS).metric(linear, prismatic, asked.indices)
+    return metric, (arm if asked.tool is None else arm.with_tool(arm.tool @ asked.tool)).model, asked

@@ -7,8 +7,7 @@ def main() -> None:
     """Runs the command named by the process's arguments and exits.
 
     The exit codes are those of ``stillreach.cli._exit``: 0 done, 1 done but the arm or a claim failed, 2 a mistake of
-    the user, 3 a mistake of stillreach, 130 Ctrl-C, 141 output that
-    nobody reads any more.
+    the user, 3 a mistake of stillreach, 130 Ctrl-C, 141 output that nobody reads any more.
     """
     arguments = sys.argv[1:]
     debug = "--debug" in arguments

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
-from stillreach._core import ControllerCore, Metric
+from stillreach._core import ControllerCore
 from stillreach._door import FloatArray
 from stillreach.arm.model import Arm
 from stillreach.control.null_motion import NullMotion, null_motion_settings
@@ -16,7 +16,7 @@ from stillreach.errors import InputError
 from stillreach.faults import FaultKind, Locked, fault_kind
 from stillreach.laws import Law, LeastError
 from stillreach.status import Health
-from stillreach.task import UNIT_WEIGHTS, Task
+from stillreach.task import Task, task_of
 
 
 class Controller(ControllerCore):
@@ -65,7 +65,7 @@ class Controller(ControllerCore):
     ) -> None:
         self._arm: Arm = _instance("arm", arm, Arm)
         self._law: Law = LeastError() if law is None else _instance("law", law, Law)
-        self._task: Task = Task() if task is None else _instance("task", task, Task)
+        metric, model, self._task = task_of(arm, self._law.weights, task)
         n = arm.n
         rates = _rate_limits(arm, rate_limits)
         positions = _position_limits(arm, position_limits)
@@ -73,9 +73,9 @@ class Controller(ControllerCore):
         linear, angular = _track_limits(track_limits)
         settings = null_motion_settings(null_motion, n)
         super().__init__(
-            arm=(arm if self._task.tool is None else arm.with_tool(arm.tool @ self._task.tool)).model,
+            arm=model,
             law=self._law.core(),
-            metric=self._metric(),
+            metric=metric,
             rows=self._task.indices,
             tool_axes=self._task.frame == "tool",
             period=_door.positive("period", period),
@@ -141,14 +141,6 @@ class Controller(ControllerCore):
     def set_null_motion(self, null_motion: NullMotion | npt.ArrayLike | None) -> None:
         """Another null motion from the next tick on; None for none."""
         self._set_null_motion(*null_motion_settings(null_motion, self._arm.n))
-
-    def _metric(self) -> Metric:
-        law, task = self._law.weights, self._task.weights
-        if law is not None and task is not None and law is not task:
-            raise InputError("weights", "different weights of law and task", "weights in one of them")
-        rows = self._task.indices
-        prismatic = [joint.kind == "prismatic" for joint in self._arm.joints]
-        return (law or task or UNIT_WEIGHTS).metric([row < 3 for row in rows], prismatic, rows)
 
 
 def _instance(name: str, value: Any, kind: type[Any]) -> Any:

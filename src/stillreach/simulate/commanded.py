@@ -86,7 +86,7 @@ def deviation(scenario: Scenario, run: Run, goal: Commanded) -> tuple[npt.NDArra
 
 
 def beside_path(scenario: Scenario, run: Run, goal: Commanded) -> float:
-    """How far the tool of a run ever is from the commanded path [m], whenever it should have been where.
+    """How far the tool of a run ever is from the commanded path [m], early or late.
 
     A tool that is late, and on its way, is far from where it should be and at 0 from its path. In the rows of the
     task; arguments as for ``deviation``.
