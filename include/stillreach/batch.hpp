@@ -61,7 +61,7 @@ struct BatchMemory {
   std::int8_t* bytes;       // 4 n
 };
 
-STILLREACH_INLINE std::size_t batch_packs(int n) { return (5 + 12 + 3 * 6 + 15) * static_cast<std::size_t>(n) + 48; }
+STILLREACH_INLINE std::size_t batch_packs(int n) { return (5 + 12 + 2 * 6 + 15) * static_cast<std::size_t>(n) + 48; }
 STILLREACH_INLINE std::size_t batch_doubles(int n, bool full) {
   return kLanes * batch_packs(n) + 32 * static_cast<std::size_t>(n) + 64 + workspace_doubles(n, full);
 }
@@ -76,7 +76,7 @@ inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* int
   b.q = take(n), b.lower = take(n), b.upper = take(n), b.rates = take(n), b.residual = take(6);
   b.jacobian = take(6 * n), b.task_jacobian = take(6 * n);
   LaneSystem& s = b.system;
-  s.columns = take(6 * n), s.shapes = take(6 * n), s.terms = take(6 * n + 30), s.scale = take(n), s.limit = take(n), s.z = take(n);
+  s.columns = take(6 * n), s.shapes = take(6 * n), s.few = take(30), s.scale = take(n), s.limit = take(n), s.z = take(n);
   Pack** const vectors[] = {&s.top, &s.bottom, &s.lower, &s.upper, &s.length, &s.answer, &s.trial, &s.releases, &s.side};
   for (Pack** v : vectors) *v = take(n);
   s.works = static_cast<Mask*>(static_cast<void*>(take(n)));

@@ -1,14 +1,11 @@
-// Damping factors for the singularity-robust law. Joint rates relative to their limits are u_i(kappa) = limit_i (offset_i +
+// Damping factors for the singularity-robust law, from singular values. Joint rates relative to their limits are u_i(kappa) = limit_i (offset_i +
 // sum_j shape_ij beta_j / (sigma_j^2 + kappa)), with limit_i the reciprocal of the joint's bound (0: none): everything here
 // is a function of the shapes (k x rank, row-major, 6 apart), beta, sigma^2, limits and offsets.
 #pragma once
 
-#include "spectrum.hpp"
-#include "types.hpp"
+#include "exact_damping.hpp"
 
 STILLREACH_BEGIN
-
-constexpr int kDampingSteps = 100;
 
 struct DampingSearch {
   int k, rank;

@@ -99,6 +99,18 @@ STILLREACH_INLINE void solve(Rows<M> m, const Factor& f, const double* b, double
   }
 }
 
+// b' G^-1 b.
+template <int M>
+STILLREACH_INLINE double inverse_norm(Rows<M> m, const Factor& f, const double* b) {
+  double total = 0.0;
+  for (int i = 0; i < m(); ++i) {
+    double sum = b[i];
+    for (int k = 0; k < i; ++k) sum = madd(f.inverse[i][k], b[k], sum);
+    total = madd(sum * sum, f.pivot_inverse[i], total);
+  }
+  return total;
+}
+
 template <int M>
 STILLREACH_INLINE double dot(Rows<M> m, const double* a, const double* b) {
   double sum = 0.0;

@@ -1,8 +1,8 @@
-// choose_damping() of singularity_robust.hpp, infinity norm, for four problems at once, where the Gram matrix is harmless.
+// The damping laws' factors for four problems at once: exact_damping.hpp, and eq. (16) from singular values.
 #pragma once
 
 #include "damping.hpp"
-#include "lane_solve.hpp"
+#include "lane_system.hpp"
 
 STILLREACH_BEGIN
 
@@ -34,16 +34,6 @@ inline void jacobi(Mask where, Pack (*triangle)[M]) {
   }
 }
 
-template <int M>
-struct LaneDamping {
-  int k;
-  int count;     // joints that may be over the limit
-  Pack* terms;   // k x M: shapes times beta times limit; the first `count` rows are those joints'
-  Pack* shapes;  // k x M
-  const Pack* limit;
-  Pack beta[M], square[M];
-};
-
 // Singular values and left vectors, falling, by odd-even exchange. Ties have no order of their own: those lanes are rejected.
 template <int M>
 inline Mask sort_spectrum(Pack (*triangle)[M], double threshold, Pack* sigma) {
@@ -72,119 +62,115 @@ inline Mask sort_spectrum(Pack (*triangle)[M], double threshold, Pack* sigma) {
   return good;
 }
 
-// safe_step() of damping.hpp; 0 outside `where`.
+// furthest() of exact_damping.hpp.
 template <int M>
-STILLREACH_INLINE Pack safe_step(Mask where, const Pack* a, const Pack* inverse, Pack limit) {
-  const Pack zero = zero_pack();
-  Pack p = zero, n = zero, dp = zero, dn = zero, n3 = zero;
-  for (int j = 0; j < M; ++j) {
-    const Pack t = a[j] * inverse[j], d = t * inverse[j];
-    const Mask positive = t > zero;
-    p = select(positive, p + t, p), dp = select(positive, dp + d, dp);
-    n = select(positive, n, n - t), dn = select(positive, dn, dn - d), n3 = select(positive, n3, n3 - d * inverse[j]);
+inline Pack furthest(const Pack* const* column, int k, const Pack* limit, int norm, const Pack* z, Pack* w) {
+  Pack most = zero_pack(), square = zero_pack(), joint = zero_pack(), weight = zero_pack();
+  for (int j = 0; j < k; ++j) {
+    const Pack u = magnitude(z[j]) * limit[j];
+    const Mask further = u > most;
+    most = select(further, u, most), joint = select(further, broadcast(j), joint);
+    weight = select(further, select(z[j] < zero_pack(), -limit[j], limit[j]), weight);
+    square = madd(u, u, square);
   }
-  const Pack excess = p - n - limit, slope = dp - dn;
-  where &= excess > broadcast(4e-16) * (p + n);
-  if (!any(where)) return zero;
-  const Pack harmonic = p * excess / ((limit + n) * dp);
-  const Pack taylor = broadcast(2.0) * excess / (slope + square_root(madd(slope, slope, broadcast(4.0) * n3 * excess)));
-  return select(where, select(taylor > harmonic, taylor, harmonic), zero);
+  if (norm == NORM_INF) {
+    const Pack* chosen[kLanes];
+    for (int l = 0; l < kLanes; ++l) chosen[l] = column[static_cast<int>(joint[l])];
+    for (int r = 0; r < M; ++r) w[r] = Pack{chosen[0][r][0], chosen[1][r][1], chosen[2][r][2], chosen[3][r][3]} * weight;
+    return most;
+  }
+  const Pack size = square_root(square);
+  for (int r = 0; r < M; ++r) w[r] = zero_pack();
+  for (int j = 0; j < k; ++j) {
+    weight = z[j] * limit[j] / size * limit[j];
+    for (int r = 0; r < M; ++r) w[r] = madd(column[j][r], weight, w[r]);
+  }
+  return size;
 }
 
+// exact_damping() of exact_damping.hpp in the lanes of `where`; in the others kappa is 0. Returns the lanes that were answered.
 template <int M>
-inline Pack step_inf(LaneDamping<M>& d, Mask where, Pack kappa) {
-  const Pack one = broadcast(1.0), zero = zero_pack();
-  Pack inverse[M], step = zero;
-  for (int j = 0; j < M; ++j) inverse[j] = one / (d.square[j] + kappa);
-  int kept = 0;
-  for (int i = 0; i < d.count; ++i) {
-    const Pack* a = d.terms + M * i;
-    Pack u = zero, most = zero;
-    STILLREACH_UNROLL for (int j = 0; j < M; ++j) u = madd(a[j], inverse[j], u), most = madd(magnitude(a[j]), inverse[j], most);
-    if (!any(where & (most > one))) continue;
-    if (kept < i) STILLREACH_LIBRARY(memcpy)(d.terms + M * kept, a, sizeof(Pack) * M);
-    ++kept;
-    const Mask negative = u < zero;
-    const Mask over = where & (magnitude(u) > broadcast(1.0 + 1e-13));
-    if (!any(over)) continue;
-    Pack b[M];
-    for (int j = 0; j < M; ++j) b[j] = select(negative, -a[j], a[j]);
-    const Pack s = safe_step<M>(over, b, inverse, one);
-    step = select(s > step, s, step);
-  }
-  d.count = kept;
-  return step;
-}
-
-// Eq. (10). settled: the lanes that found their factor within the steps allowed.
-template <int M>
-inline Pack exact_damping(LaneDamping<M>& d, Mask where, Pack& steps, Mask& settled) {
-  Pack kappa = zero_pack();
-  steps = zero_pack(), settled = no_lane();
-  for (int count = 1; count <= kDampingSteps; ++count) {
-    const Pack next = kappa + step_inf(d, where, kappa);
-    const Mask moved = where & (next > kappa), done = where & ~moved;
-    steps = select(done, broadcast(count), steps);
-    settled |= done, where = moved;
+inline Mask exact_damping(const Pack* const* column, int k, const Pack* rhs, const Pack* limit, int norm, Mask where, LaneInner<M>& in,
+                          Pack* z, Pack& kappa, Pack& steps) {
+  LaneFactor<M>& f = in.factor;
+  Pack diagonal[M], w[M], v[M], t[M];
+  Mask settled = no_lane();
+  for (int r = 0; r < M; ++r) diagonal[r] = f.gram[r][r];
+  kappa = steps = zero_pack();
+  for (int step = 1; step <= kDampingSteps; ++step) {
+    const Pack u = furthest<M>(column, k, limit, norm, z, w);
+    const Mask meets = where & (u <= broadcast(1.0 + kLimitSlack));
+    settled |= meets, where &= ~meets;
+    steps = select(meets, broadcast(step), steps);
     if (!any(where)) break;
+    solve<M>(f, w, v), solve<M>(f, in.dual, t);
+    const Pack b[] = {dot<M>(rhs, in.dual), dot<M>(in.dual, in.dual), dot<M>(in.dual, t)};
+    const Pack c[] = {dot<M>(w, v), dot<M>(v, v), inverse_norm<M>(f, v)}, g[] = {u, dot<M>(v, in.dual), dot<M>(v, t)};
+    const Pack next = kappa + certain_step(u, b, c, g);
+    where &= next > kappa;
     kappa = select(where, next, kappa);
+    for (int r = 0; r < M; ++r) f.gram[r][r] = diagonal[r] + kappa;
+    where &= factor<M>(f) < broadcast(infinity());
+    solve<M>(f, rhs, in.dual);
+    for (int j = 0; j < k; ++j) z[j] = dot<M>(column[j], in.dual);
   }
-  return kappa;
+  return settled;
 }
 
-// Eq. (16).
+// Eq. (16), from the shapes (k x M), beta and sigma^2 of damping.hpp.
 template <int M>
-inline Pack closed_form_damping(const LaneDamping<M>& d) {
+inline Pack closed_form_damping(const Pack* shapes, int k, const Pack* limit, const Pack* beta, const Pack* square) {
   Pack left = zero_pack(), right = zero_pack(), inverse[M];
-  for (int j = 0; j < M; ++j) inverse[j] = broadcast(1.0) / square_root(d.square[j]);
-  for (int i = 0; i < d.k; ++i) {
+  for (int j = 0; j < M; ++j) inverse[j] = broadcast(1.0) / square_root(square[j]);
+  for (int i = 0; i < k; ++i) {
     Pack sum = zero_pack();
-    for (int j = 0; j < M; ++j) sum = madd(magnitude(d.shapes[M * i + j]), inverse[j], sum);
-    left = larger(left, sum * d.limit[i]);
+    for (int j = 0; j < M; ++j) sum = madd(magnitude(shapes[M * i + j]), inverse[j], sum);
+    left = larger(left, sum * limit[i]);
   }
-  for (int j = 0; j < M; ++j) right = larger(right, magnitude(d.beta[j]));
+  for (int j = 0; j < M; ++j) right = larger(right, magnitude(beta[j]));
   return broadcast(0.25) * left * left * right * right;
 }
 
-// The factor that eq. (10) or (16) asks for in the lanes of `where`, and the damped answer in z; elsewhere both stay.
-// Returns the lanes that were answered. shapes, terms: room for k M packs each.
+// The factor of eq. (16) and the damped answer in z, in the lanes of `where` that are returned; shapes: room for k M packs.
 template <int M>
-inline Mask choose_damping(bool exact, double rank_tolerance, const Pack* const* column, const Pack* rhs, const Pack* limit, int k,
-                           const LaneInner<M>& in, Mask where, Pack* shapes, Pack* terms, Pack* z, Pack& kappa, Pack& steps) {
-  where &= in.condition <= broadcast(kPlainCondition);
-  if (!any(where)) return where;
-  Pack triangle[M][M], sigma[M];
+inline Mask closed_form_damping(double rank_tolerance, const Pack* const* column, int k, const Pack* rhs, const Pack* limit, Mask where,
+                                const LaneInner<M>& in, Pack* shapes, Pack* z, Pack& kappa) {
+  Pack triangle[M][M], sigma[M], beta[M], square[M], weight[M];
   for (int j = 0; j < M; ++j) {
     const Pack root = broadcast(1.0) / square_root(in.factor.pivot_inverse[j]);
     for (int i = 0; i < M; ++i) triangle[j][i] = i < j ? zero_pack() : i == j ? root : in.factor.lower[i][j] * root;
   }
   jacobi<M>(where, triangle);
   where &= sort_spectrum<M>(triangle, rank_tolerance, sigma);
-  LaneDamping<M> d;
-  d.k = d.count = k, d.shapes = shapes, d.terms = terms, d.limit = limit;
-  for (int j = 0; j < M; ++j) d.beta[j] = dot<M>(triangle[j], rhs), d.square[j] = sigma[j] * sigma[j];
+  for (int j = 0; j < M; ++j) beta[j] = dot<M>(triangle[j], rhs), square[j] = sigma[j] * sigma[j];
   for (int i = 0; i < k; ++i)
-    for (int j = 0; j < M; ++j) {
-      const Pack shape = dot<M>(column[i], triangle[j]);
-      shapes[i * M + j] = shape, terms[i * M + j] = shape * d.beta[j] * limit[i];
-    }
-  Pack found;
-  Mask settled = where;
-  if (exact) {
-    found = exact_damping<M>(d, where, steps, settled);
-  } else {
-    found = closed_form_damping<M>(d);
-  }
-  where &= settled;
-  const Mask damped = where & (found > zero_pack());
-  kappa = select(damped, found, kappa);
-  Pack weight[M];
-  for (int j = 0; j < M; ++j) weight[j] = d.beta[j] / (d.square[j] + found);
+    for (int j = 0; j < M; ++j) shapes[i * M + j] = dot<M>(column[i], triangle[j]);
+  kappa = closed_form_damping<M>(shapes, k, limit, beta, square);
+  for (int j = 0; j < M; ++j) weight[j] = beta[j] / (square[j] + kappa);
   for (int i = 0; i < k; ++i) {
-    Pack sum = zero_pack();
-    for (int j = 0; j < M; ++j) sum = madd(shapes[i * M + j], weight[j], sum);
-    z[i] = select(damped, sum, z[i]);
+    z[i] = zero_pack();
+    for (int j = 0; j < M; ++j) z[i] = madd(shapes[i * M + j], weight[j], z[i]);
   }
+  return where;
+}
+
+// choose_damping() of singularity_robust.hpp in the lanes of `where`, where the Gram matrix is harmless: the factor and the
+// damped answer in z; elsewhere both stay. Returns the lanes that were answered.
+template <int M>
+inline STILLREACH_NOINLINE Mask choose_damping(const LawSettings& law, LaneSystem& s, Mask where, LaneInner<M>& in, Pack& kappa,
+                                               Pack& steps) {
+  where &= in.condition <= broadcast(kPlainCondition);
+  const bool exact = law.damping == DAMPING_EXACT;
+  if (!any(where) || (!exact && law.norm == NORM_2)) return no_lane();
+  Pack found, count = broadcast(1.0);
+  for (int j = 0; j < s.k; ++j) s.answer[j] = s.z[j];
+  if (exact)
+    where = exact_damping<M>(s.column, s.k, s.rhs, s.limit, law.norm, where, in, s.answer, found, count);
+  else
+    where = closed_form_damping<M>(law.rank_tolerance, s.column, s.k, s.rhs, s.limit, where, in, s.shapes, s.answer, found);
+  const Mask damped = where & (found > zero_pack());
+  kappa = select(damped, found, kappa), steps = select(damped, count, steps);
+  for (int j = 0; j < s.k; ++j) s.z[j] = select(damped, s.answer[j], s.z[j]);
   return where;
 }
 

@@ -33,7 +33,7 @@ inline Mask finish_pseudoinverse(const LaneProblem& p, const LaneSystem& s, Mask
 // deep: also the lanes that need damping chosen.
 template <int M>
 inline Mask finish_singularity_robust(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Mask good, bool deep,
-                                      const LaneInner<M>& in, LaneAnswer& out) {
+                                      LaneInner<M>& in, LaneAnswer& out) {
   out.damping = zero_pack();
   if (law.damping == DAMPING_NUMBER) {
     out.damping = broadcast(law.kappa);
@@ -55,9 +55,7 @@ inline Mask finish_singularity_robust(const LawSettings& law, const LaneProblem&
     }
     if (any(damped)) {
       Mask chosen = no_lane();
-      if (deep && law.norm == NORM_INF)
-        chosen = choose_damping<M>(law.damping == DAMPING_EXACT, law.rank_tolerance, s.column, s.rhs, s.limit, s.k, in, damped, s.shapes,
-                                   s.terms, s.z, out.damping, out.iterations);
+      if (deep) chosen = choose_damping<M>(law, s, damped, in, out.damping, out.iterations);
       good &= ~damped | chosen;
     }
   }
@@ -99,7 +97,7 @@ inline STILLREACH_NOINLINE Mask search_box(const LaneProblem& p, LaneSystem& s, 
                                            LaneAnswer& out) {
   LaneBox<M> b;
   b.k = s.k, b.column = s.column, b.works = s.works, b.length = s.length, b.lower = s.lower, b.upper = s.upper, b.kappa = kappa;
-  b.z = s.answer, b.target = s.z, b.trial = s.trial, b.releases = s.releases, b.side = s.side, b.masked = s.shapes, b.narrow = s.terms;
+  b.z = s.answer, b.target = s.z, b.trial = s.trial, b.releases = s.releases, b.side = s.side, b.masked = s.shapes, b.narrow = s.few;
   b.masked_column = s.masked_column, b.iterations = broadcast(1.0), b.condition = in.condition;
   for (int r = 0; r < M; ++r) b.dual[r] = in.dual[r], b.residual[r] = broadcast(0.0) * in.dual[r];
   for (int j = 0; j < s.k; ++j) s.length[j] = square_root(dot<M>(s.column[j], s.column[j]));

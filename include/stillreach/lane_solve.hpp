@@ -104,6 +104,17 @@ STILLREACH_INLINE void solve(const LaneFactor<M>& f, const Pack* b, Pack* x) {
 }
 
 template <int M>
+STILLREACH_INLINE Pack inverse_norm(const LaneFactor<M>& f, const Pack* b) {
+  Pack total = zero_pack();
+  STILLREACH_UNROLL for (int i = 0; i < M; ++i) {
+    Pack sum = b[i];
+    STILLREACH_UNROLL for (int k = 0; k < i; ++k) sum = madd(f.inverse[i][k], b[k], sum);
+    total = madd(sum * sum, f.pivot_inverse[i], total);
+  }
+  return total;
+}
+
+template <int M>
 STILLREACH_INLINE Pack dot(const Pack* a, const Pack* b) {
   Pack sum = zero_pack();
   STILLREACH_UNROLL for (int r = 0; r < M; ++r) sum = madd(a[r], b[r], sum);

@@ -46,7 +46,7 @@ struct LaneSystem {
   Pack *length, *answer, *trial, *releases, *side;  // k each, for the bounded search
   const Pack** masked_column;  // k
   Pack* shapes;    // k M
-  Pack* terms;     // k M
+  Pack* few;       // 30: columns of free variables, where they are fewer than rows
   Pack rhs[kRows];
 };
 

@@ -9,7 +9,6 @@ STILLREACH_BEGIN
 
 constexpr int kSidePasses = 12;
 constexpr int kFreePasses = 4;  // after these a joint that changes sides keeps the smaller of its two bounds
-constexpr double kLimitSlack = 1e-13;
 
 // w.shapes: the part of each singular direction in each joint's column, zeros from the rank on. Rows are 6 apart.
 template <int M>
@@ -47,7 +46,15 @@ inline double choose_damping(Rows<M> m, const LawSettings& law, const System& s,
   const double size = law.norm == NORM_2 ? square_root(square) : largest;
   if (size <= 1.0 + kLimitSlack) return 0.0;
 
-  if (in.way == WIDE && in.condition <= kPlainCondition)
+  bool harmless = in.way == WIDE && in.condition <= kPlainCondition;
+  double kappa;
+  if (harmless && law.damping == DAMPING_EXACT && !s.full && !offset) {
+    for (int j = 0; j < s.k; ++j) w.target[j] = w.z[j];
+    harmless = exact_damping(m, w.columns, s.k, s.rhs, w.limit, law.norm, in, w.target, kappa, out.iterations);
+    for (int j = 0; harmless && j < s.k; ++j) w.z[j] = w.target[j];
+    if (harmless) return kappa;
+  }
+  if (harmless)
     spectrum(m(), in.factor, law.rank_tolerance, in.spectrum);
   else if (in.way != SPECTRAL)
     spectrum(m(), w.columns, nullptr, s.k, law.rank_tolerance, w.work, in.spectrum);
@@ -57,7 +64,6 @@ inline double choose_damping(Rows<M> m, const LawSettings& law, const System& s,
   for (int j = 0; j < sp.rank; ++j) d.beta[j] = dot(m, sp.left[j], s.rhs), d.square[j] = sp.sigma[j] * sp.sigma[j];
   write_shapes(m, sp, s.k, w);
   if (s.full) solve_triangle(s.k, w.triangle, true, 6, w.shapes);
-  double kappa;
   if (law.damping == DAMPING_EXACT) {
     bool capped;
     kappa = exact_damping(d, law.norm, out.iterations, capped);
