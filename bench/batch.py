@@ -3,7 +3,8 @@
 The paper's arm, joints 2, 4 and 7 failed, the pseudoinverse of 15 % of the rows over the limit. A figure is the
 minimum of interleaved repeats, of all rows in one call or of pieces of them added up, whichever is less: pieces fit
 between what else the machine does. The median is that of one call. Beside them stands what the core could do in the
-same minutes: its clock, and its rate of multiply-adds.
+same minutes: its clock, and its rate of multiply-adds. STILLREACH_INSTRUCTIONS=avx2 measures what processors without
+AVX-512 run.
 """
 
 import argparse
@@ -26,6 +27,7 @@ from bench.machine import Peak
 from bench.rows import ROWS, Rows, make_rows
 from bench.timing import Row, machine_note, measure, pin_to_one_core
 from bench.workload import arm
+from stillreach import _core
 
 N, FEW, PIECES = 11, 20_000, 10
 LAWS: dict[str, sr.Law] = {
@@ -189,6 +191,7 @@ def call_costs(rows: Rows, repeats: int) -> dict[str, dict[int, float]]:
 class Result:
     """All that was measured; calls: [µs] by law and rows in a call."""
 
+    instruction_set: str
     rows: int
     repeats: int
     figures: list[Figure]
@@ -196,12 +199,17 @@ class Result:
     peak: Peak
     notes: list[str]
 
+    @property
+    def limit(self) -> float:
+        """Most multiply-adds in registers of the length that the kernel uses [GFLOP/s]."""
+        return self.peak.peak_of_eight if self.instruction_set == "avx512" else self.peak.peak
+
     def of(self, table: str) -> list[Figure]:
         return [figure for figure in self.figures if figure.table == table]
 
 
-def run(rows: int, repeats: int) -> Result:
-    """Measures everything."""
+def run(rows: int, repeats: int, *, only_laws: bool = False) -> Result:
+    """Measures everything, or the laws' table alone."""
     os.environ["STILLREACH_THREADS"] = "1"  # for forward and jacobian, which take no argument for it
     free = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else None
     cores = pin_to_one_core()
@@ -209,8 +217,11 @@ def run(rows: int, repeats: int) -> Result:
     peak.look()
     pieces = min(PIECES, rows)
     alone = kernel_times(make_rows(min(ALONE, rows)), 10 * repeats)
-    figures = timed(law_cases(work), rows, pieces, repeats, peak.look)
+    cases = [case for case in law_cases(work) if case.table == "laws" or not only_laws]
+    figures = timed(cases, rows, pieces, repeats, peak.look)
     figures = [replace(one, kernel=alone[one.name]) if one.table == "laws" else one for one in figures]
+    if only_laws:
+        return Result(_core.instruction_set(), rows, repeats, figures, {}, peak, [*notes, machine_note(cores)])
     few = min(FEW, rows)
     figures += timed(working_cases(few), few, min(pieces, 4), repeats, peak.look)
     calls = call_costs(work, repeats)
@@ -218,7 +229,7 @@ def run(rows: int, repeats: int) -> Result:
         os.sched_setaffinity(0, free)
     if cores > 1:
         figures += timed(thread_cases(work), rows, min(pieces, 5), repeats)
-    return Result(rows, repeats, figures, calls, peak, [*notes, machine_note(cores)])
+    return Result(_core.instruction_set(), rows, repeats, figures, calls, peak, [*notes, machine_note(cores)])
 
 
 def main() -> None:
@@ -229,12 +240,13 @@ def main() -> None:
     )
     parser.add_argument("--rows", type=int, default=ROWS, metavar="N", help="of the batch (default %(default)s)")
     parser.add_argument("--repeats", type=int, default=15, metavar="N", help="of each piece (default %(default)s)")
+    parser.add_argument("--laws", action="store_true", help="only their table")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the figures there")
     asked = parser.parse_args()
     for name in ("rows", "repeats"):
         if getattr(asked, name) < 1:
             parser.error(f"--{name}: {getattr(asked, name)}, expected 1 or more")
-    result = run(asked.rows, asked.repeats)
+    result = run(asked.rows, asked.repeats, only_laws=asked.laws)
     print(text(result))
     if asked.json:
         asked.json.parent.mkdir(parents=True, exist_ok=True)

@@ -31,7 +31,7 @@ def law_line(result: Result, figure: Figure) -> list[str]:
         return [f"{1e3 * time:.0f}", f"{result.peak.cycles(time):.0f}"]
 
     def share(time: float) -> str:
-        return f"{100 * figure.operations * 1e-3 / time / result.peak.peak:.0f} %" if figure.operations else "-"
+        return f"{100 * figure.operations * 1e-3 / time / result.limit:.0f} %" if figure.operations else "-"
 
     cells = [figure.name, f"{figure.rate:.2f}", f"{1.0 / figure.median:.2f}", *cost(figure.best)]
     cells += [str(figure.operations or "-"), share(figure.best)]
@@ -66,10 +66,11 @@ def calls(result: Result) -> str:
 def machine(result: Result) -> str:
     """Clock and peak in the same minutes, and what else went on."""
     peak = result.peak
-    wide = f"; {peak.peak_of_eight:.1f} in registers of 512 bits, which no kernel uses" if peak.peak_of_eight else ""
+    wide = f" in registers of 256 bits, {peak.peak_of_eight:.1f} of 512 bits," if peak.peak_of_eight else ""
     return (
-        f"{processor()}: clock {peak.clock:.2f} GHz (by dependent multiplications), peak of multiply-adds "
-        f"{peak.peak:.1f} GFLOP/s on one core{wide}. {result.repeats} interleaved repeats. "
+        f"{processor()}, kernel for {result.instruction_set}: clock {peak.clock:.2f} GHz (by dependent "
+        f"multiplications), peak of multiply-adds "
+        f"{peak.peak:.1f} GFLOP/s{wide} on one core. {result.repeats} interleaved repeats. "
         f"Before: {result.notes[0]} After: {result.notes[-1]}"
     )
 
@@ -100,7 +101,9 @@ def requirements(result: Result) -> str:
 def text(result: Result) -> str:
     """Everything."""
     head = f"{result.rows} rows in pieces, {100 * PART_OVER:.0f} % of them over the limit, 8 of 11 joints working."
-    parts = [head, laws(result, result.of("laws")), laws(result, result.of("more")), working(result), calls(result)]
+    parts = [head, laws(result, result.of("laws"))]
+    if result.of("more"):
+        parts += [laws(result, result.of("more")), working(result), calls(result)]
     if result.of("threads"):
         parts.append(threads(result))
     return "\n\n".join([*parts, requirements(result), machine(result)])
@@ -117,4 +120,5 @@ def from_json(values: dict[str, Any]) -> Result:
 
     figures = [Figure(**figure) for figure in values["figures"]]
     calls = {name: {int(count): cost for count, cost in costs.items()} for name, costs in values["calls"].items()}
-    return Result(values["rows"], values["repeats"], figures, calls, Peak(**values["peak"]), values["notes"])
+    of = (values["instruction_set"], values["rows"], values["repeats"])
+    return Result(*of, figures, calls, Peak(**values["peak"]), values["notes"])

@@ -5,6 +5,7 @@
 """
 
 import argparse
+import os
 import re
 import subprocess
 import sys
@@ -14,6 +15,8 @@ from pathlib import Path
 
 STORED = Path(__file__).with_name("instructions.toml")
 TOLERANCE = 0.05
+SET = {**os.environ, "STILLREACH_INSTRUCTIONS": "avx2"}
+"""Valgrind knows no AVX-512."""
 TICKS = 1000
 CALLGRIND = [
     "valgrind",
@@ -43,7 +46,7 @@ class Counts:
     @classmethod
     def nothing_yet(cls, ticks: Path) -> "Counts":
         """What the driver `ticks` can do, with no counts."""
-        lines = subprocess.run([ticks], capture_output=True, text=True, check=True).stdout.splitlines()
+        lines = subprocess.run([ticks], capture_output=True, text=True, check=True, env=SET).stdout.splitlines()
         return cls(lines[0], lines[1], dict.fromkeys(lines[2:], 0))
 
     def toml(self) -> str:
@@ -62,7 +65,7 @@ class Counts:
 
 def count(ticks: Path, kind: str) -> int:
     """Instructions that one tick of the kind takes, on average."""
-    done = subprocess.run([*CALLGRIND, ticks, kind, str(TICKS)], capture_output=True, text=True, check=False)
+    done = subprocess.run([*CALLGRIND, ticks, kind, str(TICKS)], capture_output=True, text=True, check=False, env=SET)
     collected = re.search(r"Collected : (\d+)", done.stderr)
     if done.returncode != 0 or not collected or collected[1] == "0":
         raise RuntimeError(f"callgrind counted nothing for '{kind}':\n{done.stdout}{done.stderr}")

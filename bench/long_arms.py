@@ -13,6 +13,7 @@ import numpy as np
 
 import stillreach as sr
 from bench.timing import machine_note, pin_to_one_core
+from stillreach import _core
 
 SIZES = (4, 6, 8, 11, 16, 25, 50, 100, 200, 350, 500)
 Tick = Callable[[], object]
@@ -118,7 +119,8 @@ def main() -> None:
     for name in COLD:
         costs = {n: cost(LAWS[name], n, asked.repeats, cold=True) for n in sizes}
         print(line(f"{name}, cold", costs, None), flush=True)
-    print(f"\nAllowed for all but the cold ones: {ALLOWED:g}. {machine_note(cores)}")
+    note = f"Kernel for {_core.instruction_set()}. {machine_note(cores)}"
+    print(f"\nAllowed for all but the cold ones: {ALLOWED:g}. {note}")
 
 
 if __name__ == "__main__":

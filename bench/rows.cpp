@@ -33,12 +33,12 @@ std::vector<double> numbers(const char* path, std::size_t count) {
 double answer(const stillreach::LawSettings& law, const std::vector<double>& given, std::ptrdiff_t count, long repeats) {
   Robot robot(paper_chain(), law);
   const int n = robot.n;
-  std::vector<double> rates(count * n), doubles(kernel().batch_doubles(n, false) + 4);
+  std::vector<double> rates(count * n), doubles(kernel().batch_doubles(n, false) + 8);
   std::vector<std::int32_t> status(count);
   std::vector<int> ints(kernel().batch_ints(n));
   std::vector<std::int8_t> bytes(kernel().batch_bytes(n));
   double* start = doubles.data();
-  while (reinterpret_cast<std::uintptr_t>(start) % 32 != 0) ++start;
+  while (reinterpret_cast<std::uintptr_t>(start) % 64 != 0) ++start;
   stillreach::Batch b{};
   b.arm = robot.state.arm, b.m = 6, b.every_row = 1, b.law = law;
   for (int r = 0; r < 6; ++r) b.rows[r] = r;

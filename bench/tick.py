@@ -15,6 +15,7 @@ import stillreach as sr
 from bench.pinocchio_peer import PinocchioPeer
 from bench.timing import Row, machine_note, measure, pin_to_one_core
 from bench.workload import OVER, Workload, arm, controller, workload
+from stillreach import _core
 
 LAWS: dict[str, tuple[sr.Law, tuple[float, float, float] | None]] = {
     "Pseudoinverse": (sr.Pseudoinverse(), (0.6, 1.5, 2.0)),
@@ -180,7 +181,7 @@ def main() -> None:
         f"{repeats} interleaved repeats of {len(work)} ticks on one core; the pseudoinverse is {OVER:g} times over the"
     )
     print(f"limit in each. Peer and Pseudoinverse differ by {same_answers(work):.0e}. Budgets are for a quiet core.")
-    print(f"Before: {before} After: {machine_note(cores)}")
+    print(f"Kernel for {_core.instruction_set()}. Before: {before} After: {machine_note(cores)}")
 
 
 if __name__ == "__main__":

@@ -50,10 +50,10 @@ Work batch(const stillreach::LawSettings& law) {
     for (int r = 0; r < 6; ++r) b.rows[r] = r;
     b.q = q.data(), b.twist = twist.data(), b.twist_stride = 6, b.lower = lower.data(), b.upper = upper.data();
     b.rates = rates.data(), b.status = status.data();
-    struct alignas(32) Quad {
-      double numbers[4];
+    struct alignas(64) Line {
+      double numbers[8];
     };
-    std::vector<Quad> doubles(kernel().batch_doubles(n, false) / 4 + 1);
+    std::vector<Line> doubles(kernel().batch_doubles(n, false) / 8 + 1);
     std::vector<int> ints(kernel().batch_ints(n));
     std::vector<std::int8_t> bytes(kernel().batch_bytes(n));
     piece([&] { kernel().batch(b, 0, count, {doubles[0].numbers, ints.data(), bytes.data()}); });

@@ -1,11 +1,13 @@
 """Measures what docs/why-it-is-fast.md tells, and writes the figures and the picture into it.
 
-Each part is kept in out/why/ and can be measured alone: `batch` (bench.batch), `stages` (bench.stages), `tick`
-(bench.tick), `long_arms` (bench.long_arms). What is written holds for the machine at hand.
+Each part is kept in out/why/ and can be measured alone: `batch` (bench.batch, with AVX2), `wide` (its laws with
+AVX-512, where the machine has that), `stages` (bench.stages), `tick` (bench.tick), `long_arms` (bench.long_arms). What
+is written holds for the machine at hand.
 """
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -20,18 +22,21 @@ from bench.why_plot import draw
 
 PAGE, PLOT = ROOT / "docs" / "why-it-is-fast.md", ROOT / "docs" / "images" / "why-it-is-fast.png"
 OUT = ROOT / "out" / "why"
-PARTS = ("batch", "stages", "tick", "long_arms")
+PARTS = ("batch", "wide", "stages", "tick", "long_arms")
 
 
 def measure(part: str, repeats: int) -> None:
     """Runs a part's command and keeps what it found."""
-    file = OUT / (f"{part}.json" if part in ("batch", "stages") else f"{part}.md")
-    command = [sys.executable, "-m", f"bench.{part}"]
+    file = OUT / (f"{part}.json" if part in ("batch", "wide", "stages") else f"{part}.md")
+    command = [sys.executable, "-m", f"bench.{'batch' if part == 'wide' else part}"]
     if file.suffix == ".json":
         command += ["--json", str(file)]
-    if part == "batch":
+    if part in ("batch", "wide"):
         command += ["--repeats", str(repeats)]
-    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
+    if part == "wide":
+        command += ["--laws"]
+    most = {"STILLREACH_INSTRUCTIONS": "avx2"} if part == "batch" else {}
+    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False, env={**os.environ, **most})
     if done.returncode != 0:
         raise SystemExit(f"{' '.join(command)} failed")
     if file.suffix == ".md":
@@ -64,10 +69,18 @@ def shares(result: Result, counts: list[Count]) -> str:
     for one in counts:
         flops = one.operations * 1e-3 / time[one.law]
         per_cycle = one.instructions / result.peak.cycles(time[one.law])
-        cells = [f"{one.operations:.0f}", f"{flops:.1f}", f"{100 * flops / result.peak.peak:.0f} %"]
+        cells = [f"{one.operations:.0f}", f"{flops:.1f}", f"{100 * flops / result.limit:.0f} %"]
         lines.append([one.law, *cells, f"{one.instructions:.0f}", f"{per_cycle:.1f}"])
     head = ("kernel alone", "operations a row", "GFLOP/s", "of the peak", "instructions a row", "a cycle")
     return table(head, lines)
+
+
+def eight_lanes(result: Result) -> str:
+    """The laws with AVX-512."""
+    if result.instruction_set != "avx512":
+        return "The machine that this page was made on has no AVX-512."
+    tables = [batch_tables.laws(result, result.of("laws")), batch_tables.requirements(result)]
+    return "\n\n".join([*tables, batch_tables.machine(result)])
 
 
 def sections() -> dict[str, str]:
@@ -87,6 +100,8 @@ def sections() -> dict[str, str]:
         if counts and all(figure.kernel for figure in result.of("laws")):
             found["shares"] = shares(result, counts)
             draw(result, counts, PLOT)
+    if (OUT / "wide.json").exists():
+        found["wide"] = eight_lanes(batch_tables.from_json(json.loads((OUT / "wide.json").read_text())))
     if counts:
         found["stages"], found["kinds"] = stages.by_stage(counts), stages.by_kind(counts)
     for name in ("tick", "long_arms"):

@@ -3,7 +3,9 @@
 
 #include "kernels.hpp"
 
-#if defined(__AVX2__) && defined(__FMA__)
+#if defined(__AVX512F__)
+const stillreach::Kernel& stillreach_kernel_avx512() {
+#elif defined(__AVX2__)
 const stillreach::Kernel& stillreach_kernel_avx2() {
 #else
 const stillreach::Kernel& stillreach_kernel_baseline() {

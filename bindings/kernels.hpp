@@ -5,6 +5,7 @@
 
 const stillreach::Kernel& stillreach_kernel_baseline();
 const stillreach::Kernel& stillreach_kernel_avx2();
+const stillreach::Kernel& stillreach_kernel_avx512();
 
-// The best one for this processor, or the one that STILLREACH_INSTRUCTIONS names ("baseline", "avx2").
+// The best one for this processor, but none beyond the one that STILLREACH_INSTRUCTIONS names ("baseline", "avx2", "avx512").
 const stillreach::Kernel& kernel();

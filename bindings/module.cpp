@@ -10,5 +10,5 @@ NB_MODULE(_core, m) {
   bind_controller(m);
   bind_batch(m);
   m.def("instruction_set", []() { return kernel().instruction_set; },
-        "Which build of the core runs here: \"avx2\" or \"baseline\" (STILLREACH_INSTRUCTIONS=baseline chooses the latter).");
+        "Which build of the core runs here: \"avx512\", \"avx2\" or \"baseline\"; STILLREACH_INSTRUCTIONS names the most that may be used.");
 }

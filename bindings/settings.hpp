@@ -39,11 +39,11 @@ struct Scratch {
   stillreach::Memory memory() { return {doubles.data(), ints.data(), bytes.data()}; }
 };
 
-// `count` numbers of `memory` on a 32-byte boundary, as the batch functions want them.
+// `count` numbers of `memory` on a 64-byte boundary, as the batch functions want them.
 inline double* aligned(std::vector<double>& memory, std::size_t count) {
-  if (memory.size() < count + 4) memory.resize(count + 4);
+  if (memory.size() < count + 8) memory.resize(count + 8);
   double* start = memory.data();
-  while (reinterpret_cast<std::uintptr_t>(start) % 32 != 0) ++start;
+  while (reinterpret_cast<std::uintptr_t>(start) % 64 != 0) ++start;
   return start;
 }
 

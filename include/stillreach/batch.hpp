@@ -1,5 +1,5 @@
-// Many problems of one arm: N rows of configurations (or Jacobians), twists and bounds. Rows are taken four at a time
-// through the lanes; those that need more than the ordinary way are gathered, four of them again, and what still remains
+// Many problems of one arm: N rows of configurations (or Jacobians), twists and bounds. Rows are taken kLanes at a
+// time; those that need more than the ordinary way are gathered, kLanes of them again, and what still remains
 // is solved alone. A row's answer depends on nothing but the row.
 #pragma once
 
@@ -55,7 +55,7 @@ constexpr int kBlock = 256;  // rows that are worked on together
 // What one thread needs.
 struct BatchMemory {
   Workspace workspace;      // of the single tick
-  Pack *q, *jacobian, *task_jacobian, *lower, *upper, *rates, *residual;
+  Wide *q, *jacobian, *task_jacobian, *lower, *upper, *rates, *residual;
   LaneSystem system;
   double* single;           // 32 n + 64 numbers for rows that are solved alone
   std::int8_t* bytes;       // 4 n
@@ -68,20 +68,20 @@ STILLREACH_INLINE std::size_t batch_doubles(int n, bool full) {
 STILLREACH_INLINE std::size_t batch_ints(int n) { return workspace_ints(n) + n; }
 STILLREACH_INLINE std::size_t batch_bytes(int n) { return workspace_bytes(n) + 4 * static_cast<std::size_t>(n); }
 
-// doubles: on a 32-byte boundary.
+// doubles: on a 64-byte boundary.
 inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* ints, std::int8_t* bytes) {
   BatchMemory b;
-  Pack* at = static_cast<Pack*>(static_cast<void*>(doubles));
-  const auto take = [&at](std::size_t count) { Pack* p = at; at += count; return p; };
+  Wide* at = static_cast<Wide*>(static_cast<void*>(doubles));
+  const auto take = [&at](std::size_t count) { Wide* p = at; at += count; return p; };
   b.q = take(n), b.lower = take(n), b.upper = take(n), b.rates = take(n), b.residual = take(6);
   b.jacobian = take(6 * n), b.task_jacobian = take(6 * n);
   LaneSystem& s = b.system;
   s.columns = take(6 * n), s.shapes = take(6 * n), s.few = take(30), s.scale = take(n), s.limit = take(n), s.z = take(n);
-  Pack** const vectors[] = {&s.top, &s.bottom, &s.lower, &s.upper, &s.length, &s.answer, &s.trial, &s.releases, &s.side};
-  for (Pack** v : vectors) *v = take(n);
-  s.works = static_cast<Mask*>(static_cast<void*>(take(n)));
-  s.column = static_cast<const Pack**>(static_cast<void*>(take(n)));
-  s.masked_column = static_cast<const Pack**>(static_cast<void*>(take(n)));
+  Wide** const vectors[] = {&s.top, &s.bottom, &s.lower, &s.upper, &s.length, &s.answer, &s.trial, &s.releases, &s.side};
+  for (Wide** v : vectors) *v = take(n);
+  s.works = static_cast<Lanes*>(static_cast<void*>(take(n)));
+  s.column = static_cast<const Wide**>(static_cast<void*>(take(n)));
+  s.masked_column = static_cast<const Wide**>(static_cast<void*>(take(n)));
   b.single = doubles + kLanes * batch_packs(n);
   b.workspace = make_workspace(n, full, b.single + 32 * static_cast<std::size_t>(n) + 64, ints, bytes);
   s.joint = ints + workspace_ints(n);
@@ -204,7 +204,7 @@ inline STILLREACH_NOINLINE void solve_alone(const Batch& b, std::ptrdiff_t row, 
   write_single(b, row, out);
 }
 
-inline void write_poses(const Pack* pose, int lanes, const std::ptrdiff_t* row, double* to) {
+inline void write_poses(const Wide* pose, int lanes, const std::ptrdiff_t* row, double* to) {
   for (int l = 0; l < kLanes; ++l) {
     if (!(lanes & 1 << l)) continue;
     double one[12];
@@ -229,12 +229,12 @@ inline void write_more(const Batch& b, const std::ptrdiff_t* row, int lanes, con
   }
 }
 
-// Four rows through the lanes; lanes: bits of those that are wanted. Returns the bits of those that were answered.
+// One row a lane; lanes: bits of those that are wanted. Returns the bits of those that were answered.
 template <int M>
 inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool deep, BatchMemory& w) {
   const int n = b.arm.n;
   const double *from[kLanes], *low[kLanes], *high[kLanes];
-  Pack twist[6], pose[12], doubt = zero_pack();
+  Wide twist[6], pose[12], doubt = wide(0.0);
   const auto point = [&](const double* base, std::ptrdiff_t stride) {
     for (int l = 0; l < kLanes; ++l) from[l] = base + row[l] * stride;
   };
@@ -245,13 +245,13 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
   if (b.q) {
     point(b.q, n);
     load_lanes(from, n, w.q);
-    arm_kinematics(b.arm, static_cast<const Pack*>(w.q), w.system.shapes, pose, w.jacobian);  // shapes: free until then
+    arm_kinematics(b.arm, static_cast<const Wide*>(w.q), w.system.shapes, pose, w.jacobian);  // shapes: free until then
     for (int r = 9; r < 12; ++r) doubt += pose[r] - pose[r];  // any q that is no number ends up here
     if (!b.every_row) {
       for (int i = 0; i < n; ++i)
         for (int r = 0; r < M; ++r) w.task_jacobian[M * i + r] = w.jacobian[6 * i + b.rows[r]];
       p.jacobian = w.task_jacobian;
-      Pack all[6];
+      Wide all[6];
       for (int r = 0; r < 6; ++r) all[r] = twist[r];
       for (int r = 0; r < M; ++r) twist[r] = all[b.rows[r]];
     }
@@ -272,25 +272,25 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
   } else {
     for (int l = 0; l < kLanes; ++l) low[l] = b.lower + row[l] * b.bounds_stride, high[l] = b.upper + row[l] * b.bounds_stride;
   }
-  Mask good = doubt == zero_pack();
+  Lanes good = doubt == wide(0.0);
   if (b.acceleration || b.bounds_stride != 0) {
     load_lanes(low, n, w.lower), load_lanes(high, n, w.upper);
     for (int i = 0; i < n; ++i)
-      good &= (w.lower[i] <= w.upper[i]) & (w.lower[i] < broadcast(infinity())) & (w.upper[i] > broadcast(-infinity()));
+      good &= (w.lower[i] <= w.upper[i]) & (w.lower[i] < wide(infinity())) & (w.upper[i] > wide(-infinity()));
     prepare_lanes(b.law, p, w.system, w.rates);
   }
   LaneAnswer out;
   out.rates = w.rates, out.residual = w.residual;
   good &= solve_lanes<M>(b.law, p, deep, b.residual || b.task_error, w.system, out);
-  const int answered = lane_bits(good) & lanes;
+  const int answered = bits_of(good) & lanes;
   if (!answered) return 0;
   double* to[kLanes];
-  const auto write = [&](double* base, int count, const Pack* values) {
+  const auto write = [&](double* base, int count, const Wide* values) {
     for (int l = 0; l < kLanes; ++l) to[l] = base + row[l] * count;
     store_lanes(values, count, answered, to);
   };
   write(b.rates, n, out.rates);
-  alignas(32) long long status[kLanes];
+  alignas(64) long long status[kLanes];
   __builtin_memcpy(status, &out.status, sizeof status);
   for (int l = 0; l < kLanes; ++l)
     if (answered & 1 << l) {
@@ -306,7 +306,7 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
   return answered;
 }
 
-// The rows that are left, four at a time, then alone.
+// The rows that are left, kLanes at a time, then alone.
 template <int M>
 inline void solve_left(const Batch& b, std::ptrdiff_t* left, int count, BatchMemory& w) {
   for (int at = 0; at < count; at += kLanes) {
@@ -346,7 +346,7 @@ inline void solve_rows(const Batch& b, std::ptrdiff_t first, std::ptrdiff_t last
   const bool shared = b.bounds_stride == 0;
   if (suits_lanes(b.arm.n, b.m, b.metric) && !b.tool_axes && !b.reference && (!shared || bounds_leave_room(b))) {
     if (shared && !b.acceleration) {
-      for (int i = 0; i < b.arm.n; ++i) w.lower[i] = broadcast(b.lower[i]), w.upper[i] = broadcast(b.upper[i]);
+      for (int i = 0; i < b.arm.n; ++i) w.lower[i] = wide(b.lower[i]), w.upper[i] = wide(b.upper[i]);
       prepare_lanes(b.law, LaneProblem{b.arm.n, nullptr, nullptr, w.lower, w.upper, b.metric}, w.system, w.rates);
     }
     return b.m == 6 ? solve_lane_rows<6>(b, first, last, w) : solve_lane_rows<3>(b, first, last, w);

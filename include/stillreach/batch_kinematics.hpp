@@ -1,4 +1,4 @@
-// Kinematics of many configurations of one arm: poses and Jacobians, four at a time through the lanes, and the singular
+// Kinematics of many configurations of one arm: poses and Jacobians, kLanes at a time, and the singular
 // values of a task's Jacobian, each row by itself. A row's answer depends on nothing but the row.
 #pragma once
 
@@ -31,7 +31,7 @@ struct KinematicsBatch {
 
 STILLREACH_BEGIN
 
-// What one thread needs; doubles on a 32-byte boundary.
+// What one thread needs; doubles on a 64-byte boundary.
 STILLREACH_INLINE std::size_t kinematics_doubles(int n, int count, bool full) {
   const std::size_t k = static_cast<std::size_t>(count);
   return kLanes * (15 * static_cast<std::size_t>(n) + 16) + (kStride + kRows) * k + (full ? k * k : 0);
@@ -55,7 +55,7 @@ inline void singular_values(const KinematicsBatch& b, double* columns, double* s
 }
 
 // The columns of lane l of four Jacobians as the task sees them.
-inline void task_columns(const KinematicsBatch& b, const Pack* pose, const Pack* jacobian, int l, double* columns) {
+inline void task_columns(const KinematicsBatch& b, const Wide* pose, const Wide* jacobian, int l, double* columns) {
   double frame[12], base[6], task[kRows];
   for (int r = 0; r < 12; ++r) frame[r] = pose[r][l];
   for (int j = 0; j < b.count; ++j) {
@@ -69,8 +69,8 @@ inline void task_columns(const KinematicsBatch& b, const Pack* pose, const Pack*
 // Rows first to last - 1.
 inline void kinematics_rows(const KinematicsBatch& b, std::ptrdiff_t first, std::ptrdiff_t last, double* doubles) {
   const int n = b.arm.n, most = b.m < b.count ? b.m : b.count;
-  Pack* q = static_cast<Pack*>(static_cast<void*>(doubles));
-  Pack *jacobian = q + n, *scratch = jacobian + 6 * n, *ordered = scratch + 2 * n, pose[12];
+  Wide* q = static_cast<Wide*>(static_cast<void*>(doubles));
+  Wide *jacobian = q + n, *scratch = jacobian + 6 * n, *ordered = scratch + 2 * n, pose[12];
   double *columns = doubles + kLanes * (15 * static_cast<std::size_t>(n) + 16), sigma[kRows], product, *to[kLanes];
   const bool spectra = b.singular_values || b.manipulability;
   if (spectra && b.metric.joints) factor_weight(n, b.metric.joints, b.joints, b.count, columns + (kStride + kRows) * b.count);
@@ -79,14 +79,14 @@ inline void kinematics_rows(const KinematicsBatch& b, std::ptrdiff_t first, std:
     const double* from[kLanes];
     for (int l = 0; l < kLanes; ++l) from[l] = b.q + (at + (l < here ? l : 0)) * n;
     load_lanes(from, n, q);
-    arm_kinematics(b.arm, static_cast<const Pack*>(q), scratch, pose, b.jacobian || spectra ? jacobian : nullptr);
+    arm_kinematics(b.arm, static_cast<const Wide*>(q), scratch, pose, b.jacobian || spectra ? jacobian : nullptr);
     const auto write = [&](double* base, int length) {
       for (int l = 0; l < kLanes; ++l) to[l] = base + (at + (l < here ? l : 0)) * length;
       store_lanes(ordered, length, (1 << here) - 1, to);
     };
     if (b.pose) {
       for (int r = 0; r < 4; ++r)
-        for (int c = 0; c < 4; ++c) ordered[4 * r + c] = r < 3 ? pose[3 * c + r] : broadcast(c == 3 ? 1.0 : 0.0);
+        for (int c = 0; c < 4; ++c) ordered[4 * r + c] = r < 3 ? pose[3 * c + r] : wide(c == 3 ? 1.0 : 0.0);
       write(b.pose, 16);
     }
     if (b.jacobian) {

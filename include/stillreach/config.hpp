@@ -26,6 +26,9 @@ using int32_t = int;
 #define STILLREACH_ISA portable_fma
 #elif defined(STILLREACH_PORTABLE_PACK)
 #define STILLREACH_ISA portable
+#elif defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__) && defined(__FMA__)
+#define STILLREACH_ISA avx512
+#define STILLREACH_WIDE  // lanes.hpp: eight problems at once
 #elif defined(__AVX2__) && defined(__FMA__)
 #define STILLREACH_ISA avx2
 #else

@@ -1,20 +1,21 @@
 // Joints that move together: the chain's joints follow the arm's, and their columns are added to those of the joints they
-// follow. An arm without such joints takes one branch more. Written for numbers (double) and for lanes (Pack).
+// follow. An arm without such joints takes one branch more. Written for numbers (double) and for lanes (Wide).
 #pragma once
 
 #include "kinematics.hpp"
+#include "lanes.hpp"
 
 STILLREACH_BEGIN
 
 STILLREACH_INLINE void lift(double value, double& to) { to = value; }
-STILLREACH_INLINE void lift(double value, Pack& to) { to = broadcast(value); }
+STILLREACH_INLINE void lift(double value, Wide& to) { to = wide(value); }
 
 STILLREACH_INLINE void sine_cosine(double angle, double& sine, double& cosine) { sincos(&angle, 1, &sine, &cosine); }
-STILLREACH_INLINE void sine_cosine(Pack angles, Pack& sine, Pack& cosine) {
-  double at[4], sines[4], cosines[4];
-  store(at, angles);
-  sincos(at, 4, sines, cosines);
-  sine = load(sines), cosine = load(cosines);
+STILLREACH_INLINE void sine_cosine(const Wide& angles, Wide& sine, Wide& cosine) {
+  double at[kLanes], sines[kLanes], cosines[kLanes];
+  for (int l = 0; l < kLanes; ++l) at[l] = angles[l];
+  sincos(at, kLanes, sines, cosines);
+  for (int l = 0; l < kLanes; ++l) sine[l] = sines[l], cosine[l] = cosines[l];
 }
 
 // sum += a x b.

@@ -26,7 +26,7 @@ struct Kernel {
   void (*tick)(ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory, Answer& out);
   void (*rollout)(ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages, bool advance,
                   const Memory& memory, Answer& a, double* scratch, std::int8_t* scratch_active, const Record& to);
-  // Rows first to last - 1 of a batch. memory: as long as these say, doubles on a 32-byte boundary.
+  // Rows first to last - 1 of a batch. memory: as long as these say, doubles on a 64-byte boundary.
   void (*batch)(const Batch& b, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory);
   std::size_t (*batch_doubles)(int n, bool full_joint_weight);
   std::size_t (*batch_ints)(int n);
@@ -34,7 +34,7 @@ struct Kernel {
   // Rows first to last - 1, at most kRolloutBlock, of a batch of rollouts. doubles: rollout_doubles more.
   void (*rollout_rows)(const BatchRollout& r, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory, double* doubles);
   std::size_t (*rollout_doubles)(int n);
-  // Rows first to last - 1 of poses, Jacobians, singular values. doubles: as many as that says, on a 32-byte boundary.
+  // Rows first to last - 1 of poses, Jacobians, singular values. doubles: as many as that says, on a 64-byte boundary.
   void (*kinematics_rows)(const KinematicsBatch& b, std::ptrdiff_t first, std::ptrdiff_t last, double* doubles);
   std::size_t (*kinematics_doubles)(int n, int count, bool full_joint_weight);
 };

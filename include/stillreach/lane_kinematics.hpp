@@ -1,4 +1,4 @@
-// kinematics.hpp for four configurations of one arm at once.
+// kinematics.hpp for several configurations of one arm at once.
 #pragma once
 
 #include "kinematics.hpp"
@@ -7,51 +7,54 @@
 STILLREACH_BEGIN
 
 struct LaneVector {
-  Pack x, y, z;
+  Wide x, y, z;
 };
 
 STILLREACH_INLINE LaneVector cross(const LaneVector& a, const LaneVector& b) {
   return {madd(a.y, b.z, -(a.z * b.y)), madd(a.z, b.x, -(a.x * b.z)), madd(a.x, b.y, -(a.y * b.x))};
 }
-STILLREACH_INLINE LaneVector scale_add(const LaneVector& a, Pack s, const LaneVector& b) {
+STILLREACH_INLINE LaneVector scale_add(const LaneVector& a, Wide s, const LaneVector& b) {
   return {madd(a.x, s, b.x), madd(a.y, s, b.y), madd(a.z, s, b.z)};
 }
-STILLREACH_INLINE LaneVector scaled(const LaneVector& a, Pack s) { return {a.x * s, a.y * s, a.z * s}; }
+STILLREACH_INLINE LaneVector scaled(const LaneVector& a, Wide s) { return {a.x * s, a.y * s, a.z * s}; }
 STILLREACH_INLINE LaneVector operator-(const LaneVector& a) { return {-a.x, -a.y, -a.z}; }
 
 // sine, cosine: n.
-inline void sincos(const Pack* q, int n, Pack* sine, Pack* cosine) {
-  Mask reducible = every_lane();
+inline void sincos(const Wide* q, int n, Wide* sine, Wide* cosine) {
+  Lanes reducible = every_lane();
   for (int i = 0; i < n; ++i) {
     sincos(q[i], sine[i], cosine[i]);
-    reducible &= magnitude(q[i]) <= broadcast(kLargestReducedAngle);
+    reducible &= magnitude(q[i]) <= wide(kLargestReducedAngle);
   }
   if (all(reducible)) return;
-  for (int i = 0; i < n; ++i) sincos_lanes(q[i], kLanes, sine[i], cosine[i]);
+  for (int i = 0; i < n; ++i)
+    for (int l = 0; l < kLanes; ++l)
+      if (const double x = q[i][l]; !(magnitude(x) <= kLargestReducedAngle))
+        sine[i][l] = STILLREACH_LIBRARY(sin)(x), cosine[i][l] = STILLREACH_LIBRARY(cos)(x);
 }
 
 // q: n. scratch: 2 n. pose: 12. jacobian: 6 n, or null.
-inline void kinematics(const ArmView& arm, const Pack* q, Pack* scratch, Pack* pose, Pack* jacobian) {
-  const Pack *sine = scratch, *cosine = scratch + arm.n;
+inline void kinematics(const ArmView& arm, const Wide* q, Wide* scratch, Wide* pose, Wide* jacobian) {
+  const Wide *sine = scratch, *cosine = scratch + arm.n;
   sincos(q, arm.n, scratch, scratch + arm.n);
-  const Pack zero = zero_pack(), one = broadcast(1.0);
+  const Wide zero = wide(0.0), one = wide(1.0);
   LaneVector x = {one, zero, zero}, y = {zero, one, zero}, z = {zero, zero, one}, p = {zero, zero, zero};
   for (int i = 0; i <= arm.n; ++i) {
     const double* f = arm.placements + 12 * i;
-    const LaneVector nx = scale_add(x, broadcast(f[0]), scale_add(y, broadcast(f[1]), scaled(z, broadcast(f[2]))));
-    const LaneVector ny = scale_add(x, broadcast(f[3]), scale_add(y, broadcast(f[4]), scaled(z, broadcast(f[5]))));
-    p = scale_add(x, broadcast(f[9]), scale_add(y, broadcast(f[10]), scale_add(z, broadcast(f[11]), p)));
-    z = scale_add(x, broadcast(f[6]), scale_add(y, broadcast(f[7]), scaled(z, broadcast(f[8]))));
+    const LaneVector nx = scale_add(x, wide(f[0]), scale_add(y, wide(f[1]), scaled(z, wide(f[2]))));
+    const LaneVector ny = scale_add(x, wide(f[3]), scale_add(y, wide(f[4]), scaled(z, wide(f[5]))));
+    p = scale_add(x, wide(f[9]), scale_add(y, wide(f[10]), scale_add(z, wide(f[11]), p)));
+    z = scale_add(x, wide(f[6]), scale_add(y, wide(f[7]), scaled(z, wide(f[8]))));
     x = nx, y = ny;
     if (i == arm.n) break;
     if (arm.kinds[i] == REVOLUTE) {
-      const Pack s = sine[i], c = cosine[i];
+      const Wide s = sine[i], c = cosine[i];
       x = scale_add(nx, c, scaled(ny, s)), y = scale_add(ny, c, -scaled(nx, s));
     } else {
       p = scale_add(z, q[i], p);
     }
     if (jacobian) {
-      Pack* column = jacobian + 6 * i;
+      Wide* column = jacobian + 6 * i;
       column[0] = p.x, column[1] = p.y, column[2] = p.z, column[3] = z.x, column[4] = z.y, column[5] = z.z;
     }
   }
@@ -59,7 +62,7 @@ inline void kinematics(const ArmView& arm, const Pack* q, Pack* scratch, Pack* p
   for (int j = 0; j < 4; ++j) pose[3 * j] = frame[j].x, pose[3 * j + 1] = frame[j].y, pose[3 * j + 2] = frame[j].z;
   if (!jacobian) return;
   for (int i = 0; i < arm.n; ++i) {
-    Pack* column = jacobian + 6 * i;
+    Wide* column = jacobian + 6 * i;
     if (arm.kinds[i] == REVOLUTE) {
       const LaneVector v = cross({column[3], column[4], column[5]}, {p.x - column[0], p.y - column[1], p.z - column[2]});
       column[0] = v.x, column[1] = v.y, column[2] = v.z;

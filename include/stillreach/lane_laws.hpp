@@ -1,4 +1,4 @@
-// The laws for four problems at once. Each function answers the lanes that take the ordinary way through a law and says
+// The laws for all lanes at once. Each function answers the lanes that take the ordinary way through a law and says
 // which; the single tick's code answers the others.
 #pragma once
 
@@ -15,145 +15,145 @@ STILLREACH_INLINE bool suits_lanes(int n, int m, const Metric& metric) {
 }
 
 template <int M>
-inline Mask finish_pseudoinverse(const LaneProblem& p, const LaneSystem& s, Mask good, LaneAnswer& out) {
-  Mask over = no_lane();
-  Pack doubt = zero_pack();
+inline Lanes finish_pseudoinverse(const LaneProblem& p, const LaneSystem& s, Lanes good, LaneAnswer& out) {
+  Lanes over = no_lane();
+  Wide doubt = wide(0.0);
   for (int j = 0; j < s.k; ++j) {
     const int i = s.joint[j];
-    const Pack rate = s.scale[j] * s.z[j];
+    const Wide rate = s.scale[j] * s.z[j];
     over |= s.works[j] & ~((rate <= p.upper[i]) & (rate >= p.lower[i]));
     doubt += rate - rate;
     out.rates[i] = select(s.works[j], rate, out.rates[i]);
   }
-  good &= doubt == zero_pack();
+  good &= doubt == wide(0.0);
   out.status |= flag(over, OVER_LIMIT);
   return good;
 }
 
 // deep: also the lanes that need damping chosen.
 template <int M>
-inline Mask finish_singularity_robust(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Mask good, bool deep,
+inline Lanes finish_singularity_robust(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Lanes good, bool deep,
                                       LaneInner<M>& in, LaneAnswer& out) {
-  out.damping = zero_pack();
+  out.damping = wide(0.0);
   if (law.damping == DAMPING_NUMBER) {
-    out.damping = broadcast(law.kappa);
+    out.damping = wide(law.kappa);
   } else {
-    Pack largest = zero_pack(), square = zero_pack();
+    Wide largest = wide(0.0), square = wide(0.0);
     for (int j = 0; j < s.k; ++j) {
-      const Pack u = select(s.works[j], magnitude(s.z[j]) * s.limit[j], zero_pack());
+      const Wide u = select(s.works[j], magnitude(s.z[j]) * s.limit[j], wide(0.0));
       largest = larger(largest, u), square = madd(u, u, square);
     }
-    const Pack size = law.norm == NORM_2 ? square_root(square) : largest;
-    const Mask damped = ~(size <= broadcast(1.0 + kLimitSlack)) & good;
+    const Wide size = law.norm == NORM_2 ? square_root(square) : largest;
+    const Lanes damped = ~(size <= wide(1.0 + kLimitSlack)) & good;
     if (s.even && !any(damped)) {  // nothing to clip but rounding, no side to look at
       for (int j = 0; j < s.k; ++j) {
         const int i = s.joint[j];
-        const Pack raw = s.scale[j] * s.z[j], rate = select(is_finite(raw), raw, zero_pack());
+        const Wide raw = s.scale[j] * s.z[j], rate = select(is_finite(raw), raw, wide(0.0));
         out.rates[i] = select(s.works[j], clamp(rate, p.lower[i], p.upper[i]), out.rates[i]);
       }
       return good;
     }
     if (any(damped)) {
-      Mask chosen = no_lane();
+      Lanes chosen = no_lane();
       if (deep) chosen = choose_damping<M>(law, s, damped, in, out.damping, out.iterations);
       good &= ~damped | chosen;
     }
   }
-  Mask clipped = no_lane(), changes = no_lane();
+  Lanes clipped = no_lane(), changes = no_lane();
   for (int j = 0; j < s.k; ++j) {
     const int i = s.joint[j];
-    const Pack raw = s.scale[j] * s.z[j], rate = select(is_finite(raw), raw, zero_pack());
-    const Pack inside = clamp(rate, p.lower[i], p.upper[i]);
-    clipped |= s.works[j] & (magnitude(inside - rate) > broadcast(1e-9) * magnitude(rate));
-    changes |= s.works[j] & (raw != zero_pack()) & (select(raw > zero_pack(), p.upper[i], -p.lower[i]) != larger(p.upper[i], -p.lower[i]));
+    const Wide raw = s.scale[j] * s.z[j], rate = select(is_finite(raw), raw, wide(0.0));
+    const Wide inside = clamp(rate, p.lower[i], p.upper[i]);
+    clipped |= s.works[j] & (magnitude(inside - rate) > wide(1e-9) * magnitude(rate));
+    changes |= s.works[j] & (raw != wide(0.0)) & (select(raw > wide(0.0), p.upper[i], -p.lower[i]) != larger(p.upper[i], -p.lower[i]));
     out.rates[i] = select(s.works[j], inside, out.rates[i]);
   }
   good &= ~changes;  // a joint whose side matters
-  out.status |= flag(clipped, CLIPPED) | flag(out.damping > zero_pack(), DAMPED);
+  out.status |= flag(clipped, CLIPPED) | flag(out.damping > wide(0.0), DAMPED);
   return good;
 }
 
 // damping_part() of least_error.hpp, over 4 g^2.
 template <int M>
-inline Pack gain_damping(double g, const LaneSystem& s, Pack inverse_square_sum) {
-  const Pack zero = zero_pack(), one = broadcast(1.0), four = broadcast(4.0);
-  const Pack sg = broadcast(g) / square_root(inverse_square_sum);
-  Pack part = select(sg >= one, zero, select(sg <= broadcast(0.5), one, four * sg * (one - sg)));
-  Pack largest = zero, excess = zero;
+inline Wide gain_damping(double g, const LaneSystem& s, Wide inverse_square_sum) {
+  const Wide zero = wide(0.0), one = wide(1.0), four = wide(4.0);
+  const Wide sg = wide(g) / square_root(inverse_square_sum);
+  Wide part = select(sg >= one, zero, select(sg <= wide(0.5), one, four * sg * (one - sg)));
+  Wide largest = zero, excess = zero;
   for (int j = 0; j < s.k; ++j) {
-    const Pack up = magnitude(s.upper[j]), down = magnitude(s.lower[j]);
-    largest = select(s.works[j] & (up < broadcast(infinity())), larger(largest, up), largest);
-    largest = select(s.works[j] & (down < broadcast(infinity())), larger(largest, down), largest);
+    const Wide up = magnitude(s.upper[j]), down = magnitude(s.lower[j]);
+    largest = select(s.works[j] & (up < wide(infinity())), larger(largest, up), largest);
+    largest = select(s.works[j] & (down < wide(infinity())), larger(largest, down), largest);
     excess = select(s.works[j], larger(excess, larger(s.z[j] - s.upper[j], s.lower[j] - s.z[j])), excess);
   }
-  const Pack ramp = broadcast(kBoundRamp) * largest;
+  const Wide ramp = wide(kBoundRamp) * largest;
   part = select(excess > zero, larger(part, select(excess < ramp, excess / ramp, one)), part);
-  return part / broadcast(4.0 * g * g);
+  return part / wide(4.0 * g * g);
 }
 
 // LeastError's search in the lanes of `where`, from the pseudoinverse in s.z. Returns the lanes that were answered.
 template <int M>
-inline STILLREACH_NOINLINE Mask search_box(const LaneProblem& p, LaneSystem& s, Mask where, Pack kappa, const LaneInner<M>& in,
+inline STILLREACH_NOINLINE Lanes search_box(const LaneProblem& p, LaneSystem& s, Lanes where, Wide kappa, const LaneInner<M>& in,
                                            LaneAnswer& out) {
   LaneBox<M> b;
   b.k = s.k, b.column = s.column, b.works = s.works, b.length = s.length, b.lower = s.lower, b.upper = s.upper, b.kappa = kappa;
   b.z = s.answer, b.target = s.z, b.trial = s.trial, b.releases = s.releases, b.side = s.side, b.masked = s.shapes, b.narrow = s.few;
-  b.masked_column = s.masked_column, b.iterations = broadcast(1.0), b.condition = in.condition;
-  for (int r = 0; r < M; ++r) b.dual[r] = in.dual[r], b.residual[r] = broadcast(0.0) * in.dual[r];
+  b.masked_column = s.masked_column, b.iterations = wide(1.0), b.condition = in.condition;
+  for (int r = 0; r < M; ++r) b.dual[r] = in.dual[r], b.residual[r] = wide(0.0) * in.dual[r];
   for (int j = 0; j < s.k; ++j) s.length[j] = square_root(dot<M>(s.column[j], s.column[j]));
-  const Mask found = solve_box<M>(b, s.rhs, where, kappa == zero_pack());
+  const Lanes found = solve_box<M>(b, s.rhs, where, kappa == wide(0.0));
   for (int j = 0; j < s.k; ++j) {
     const int i = s.joint[j];
-    const Pack rate = s.scale[j] * (b.z[j] + zero_pack()), bound = select(b.side[j] > zero_pack(), p.upper[i], p.lower[i]);
-    const Pack free = clamp(select(is_finite(rate), rate, zero_pack()), p.lower[i], p.upper[i]);
-    const Pack answer = select((b.side[j] != zero_pack()) & is_finite(bound), bound, free);
+    const Wide rate = s.scale[j] * (b.z[j] + wide(0.0)), bound = select(b.side[j] > wide(0.0), p.upper[i], p.lower[i]);
+    const Wide free = clamp(select(is_finite(rate), rate, wide(0.0)), p.lower[i], p.upper[i]);
+    const Wide answer = select((b.side[j] != wide(0.0)) & is_finite(bound), bound, free);
     out.rates[i] = select(s.works[j] & found, answer, out.rates[i]);
   }
   out.damping = select(found, kappa, out.damping), out.iterations = select(found, b.iterations, out.iterations);
-  out.status |= flag(found & (kappa > zero_pack()), DAMPED);
+  out.status |= flag(found & (kappa > wide(0.0)), DAMPED);
   return found;
 }
 
 // deep: also the lanes whose bounds bite, or that are damped.
 template <int M>
-inline Mask finish_bounded(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Mask good, bool scaled, bool deep,
+inline Lanes finish_bounded(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Lanes good, bool scaled, bool deep,
                            const LaneInner<M>& in, LaneAnswer& out) {
-  Mask inside = every_lane();
+  Lanes inside = every_lane();
   for (int j = 0; j < s.k; ++j) {
     const int i = s.joint[j];
     s.lower[j] = scaled ? p.lower[i] / s.scale[j] : p.lower[i], s.upper[j] = scaled ? p.upper[i] / s.scale[j] : p.upper[i];
     inside &= ((s.z[j] <= s.upper[j]) & (s.z[j] >= s.lower[j])) | ~s.works[j];
-    const Pack rate = s.scale[j] * (s.z[j] + zero_pack());
-    out.rates[i] = select(s.works[j], clamp(select(is_finite(rate), rate, zero_pack()), p.lower[i], p.upper[i]), out.rates[i]);
+    const Wide rate = s.scale[j] * (s.z[j] + wide(0.0));
+    out.rates[i] = select(s.works[j], clamp(select(is_finite(rate), rate, wide(0.0)), p.lower[i], p.upper[i]), out.rates[i]);
   }
   if (law.kind == LEAST_ERROR && law.max_gain > 0.0)  // no damping where the gain is below its limit
-    good &= ~s.narrow, inside &= broadcast(law.max_gain) / square_root(in.factor.inverse_trace) >= broadcast(1.0);
-  const Mask search = good & ~inside;
+    good &= ~s.narrow, inside &= wide(law.max_gain) / square_root(in.factor.inverse_trace) >= wide(1.0);
+  const Lanes search = good & ~inside;
   if (!any(search)) return good;
   good &= inside;
   if (!deep || law.kind != LEAST_ERROR) return good;
-  const Pack kappa = law.max_gain > 0.0 ? gain_damping<M>(law.max_gain, s, in.factor.inverse_trace) : zero_pack();
+  const Wide kappa = law.max_gain > 0.0 ? gain_damping<M>(law.max_gain, s, in.factor.inverse_trace) : wide(0.0);
   return good | search_box<M>(p, s, search, kappa, in, out);
 }
 
 // Before solve_lanes(), where the bounds are new.
-inline void prepare_lanes(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Pack* rates) {
+inline void prepare_lanes(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Wide* rates) {
   find_working_joints(p, s, rates);
   if (law.kind == SINGULARITY_ROBUST) scale_by_extent(p, s);
 }
 
-// Answers what it can of four problems that are prepared; returns those lanes.
+// Answers what it can of problems that are prepared; returns those lanes.
 template <int M>
-inline Mask solve_lanes(const LawSettings& law, const LaneProblem& p, bool deep, bool with_residual, LaneSystem& s, LaneAnswer& out) {
+inline Lanes solve_lanes(const LawSettings& law, const LaneProblem& p, bool deep, bool with_residual, LaneSystem& s, LaneAnswer& out) {
   const bool robust = law.kind == SINGULARITY_ROBUST;
-  out.status = no_lane(), out.damping = zero_pack(), out.scale = out.iterations = broadcast(1.0), out.task_error = zero_pack();
-  Mask good = s.working >= broadcast(M);
+  out.status = no_flag(), out.damping = wide(0.0), out.scale = out.iterations = wide(1.0), out.task_error = wide(0.0);
+  Lanes good = s.working >= wide(M);
   if (!any(good)) return good;
   right_hand_side<M>(p, s);
   const bool scaled = robust || p.metric.columns;
   weigh_columns<M>(p, scaled, s);
   LaneInner<M> in;
-  good &= solve_wide<M>(s.column, s.k, s.rhs, broadcast(robust && law.damping == DAMPING_NUMBER ? law.kappa : 0.0), s.z, in);
+  good &= solve_wide<M>(s.column, s.k, s.rhs, wide(robust && law.damping == DAMPING_NUMBER ? law.kappa : 0.0), s.z, in);
   good &= ordinary<M>(in.factor.trace, s.rhs);
   if (law.kind == PSEUDOINVERSE)
     good = finish_pseudoinverse<M>(p, s, good, out);

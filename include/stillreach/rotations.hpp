@@ -2,7 +2,7 @@
 // pair of four.
 #pragma once
 
-#include "lanes.hpp"
+#include "packs.hpp"
 
 STILLREACH_BEGIN
 
@@ -15,26 +15,28 @@ STILLREACH_INLINE constexpr Tournament tournament() {
   return {{{{0, 1}, {2, 3}, {4, 5}}, {{0, 2}, {1, 4}, {3, 5}}, {{0, 4}, {1, 3}, {2, 5}}, {{0, 5}, {1, 2}, {3, 4}}, {{0, 3}, {1, 5}, {2, 4}}}};
 }
 
+template <class P, class M>
 struct Rotations {
-  Mask here;   // where the columns are not orthogonal
-  Mask large;  // where other pairs' orthogonality may suffer
-  Pack c, s;   // p becomes c p - s q, q becomes s p + c q
+  M here;   // where the columns are not orthogonal
+  M large;  // where other pairs' orthogonality may suffer
+  P c, s;   // p becomes c p - s q, q becomes s p + c q
 };
 
 // From p'p, q'q and p'q, in the lanes of `where`. Once all cosines of a sweep are below 1e-8 and no rotation mixes columns
 // by more than that, relative to the smaller one, what the sweep leaves is their product: below the rounding.
-STILLREACH_INLINE Rotations rotations(Pack pp, Pack qq, Pack pq, Mask where) {
-  const Pack square = pq * pq, both = pp * qq, d = qq - pp, twice = pq + pq;
-  Rotations turn{};
-  turn.here = where & (square > larger(broadcast(1e-31) * both, broadcast(1e-290)));
+template <class P, class M>
+STILLREACH_INLINE Rotations<P, M> rotations(P pp, P qq, P pq, M where) {
+  const P square = pq * pq, both = pp * qq, d = qq - pp, twice = pq + pq, zero = fill<P>(0.0);
+  Rotations<P, M> turn{};
+  turn.here = where & (square > larger(1e-31 * both, fill<P>(1e-290)));
   if (!any(turn.here)) return turn;
   // tan = sign(d) 2 p'q / (|d| + sqrt(d^2 + 4 p'q^2))
-  const Pack below = magnitude(d) + square_root(madd(d, d, twice * twice));
-  const Pack inverse = broadcast(1.0) / square_root(madd(below, below, twice * twice));
-  const Pack c = below * inverse, s = select(d < zero_pack(), -twice, twice) * inverse;
-  const Mask mixes = s * s * larger(pp, qq) > broadcast(1e-16) * smaller(pp, qq);
-  turn.large = turn.here & ((square > broadcast(1e-16) * both) | mixes);
-  turn.c = select(turn.here, c, broadcast(1.0)), turn.s = select(turn.here, s, zero_pack());
+  const P below = magnitude(d) + square_root(madd(d, d, twice * twice));
+  const P inverse = 1.0 / square_root(madd(below, below, twice * twice));
+  const P c = below * inverse, s = select(d < zero, -twice, twice) * inverse;
+  const M mixes = s * s * larger(pp, qq) > 1e-16 * smaller(pp, qq);
+  turn.large = turn.here & ((square > 1e-16 * both) | mixes);
+  turn.c = select(turn.here, c, fill<P>(1.0)), turn.s = select(turn.here, s, zero);
   return turn;
 }
 

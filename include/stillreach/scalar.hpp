@@ -7,7 +7,11 @@
 #if defined(STILLREACH_PORTABLE_PACK)
 #include "portable_pack.hpp"
 #elif defined(__AVX2__) && defined(__FMA__)
+#pragma GCC diagnostic push  // GCC's own undefined registers of 512 bits
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#pragma GCC diagnostic ignored "-Wuninitialized"
 #include <immintrin.h>
+#pragma GCC diagnostic pop
 #endif
 
 STILLREACH_BEGIN

@@ -28,7 +28,7 @@ inline void jacobi(double (*triangle)[kStride], double (*right)[kStride]) {
       for (int r = 0; r < kStride; ++r) right[j][r] = r == j ? 1.0 : 0.0;
   static constexpr Tournament pairs = tournament();
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    Mask restless = no_lane();
+    Mask restless = {};
     for (const auto& round : pairs.rounds) {  // its three pairs of columns in the lanes of a pack
       Pack pp[4] = {}, qq[4] = {}, pq[4] = {};
       for (int i = 0; i < 3; ++i) {
@@ -36,7 +36,7 @@ inline void jacobi(double (*triangle)[kStride], double (*right)[kStride]) {
         const Pack a0 = load(P), a1 = load(P + 4), b0 = load(Q), b1 = load(Q + 4);
         pp[i] = madd(a1, a1, a0 * a0), qq[i] = madd(b1, b1, b0 * b0), pq[i] = madd(a1, b1, a0 * b0);
       }
-      const Rotations turn = rotations(sums(pp), sums(qq), sums(pq), every_lane());
+      const auto turn = rotations(sums(pp), sums(qq), sums(pq), ~Mask{});
       if (!any(turn.here)) continue;
       restless |= turn.large;
       for (int i = 0; i < 3; ++i) {

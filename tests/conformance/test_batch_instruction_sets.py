@@ -1,5 +1,9 @@
-"""The batch of machines without AVX2: the same bits as one row at a time there, and the same answers as with AVX2."""
+"""Batches with other instruction sets.
 
+The same bits as one row at a time there; the same bits with AVX2 and with AVX-512; the same answers without either.
+"""
+
+import functools
 import os
 import pickle
 import subprocess
@@ -62,25 +66,42 @@ def report():
 
 
 @pytest.fixture(scope="module")
-def other(tmp_path_factory):
-    """The report of a process that is told to use the baseline."""
-    file = tmp_path_factory.mktemp("baseline") / "report.pickle"
-    paths = os.pathsep.join([str(ROOT), str(ROOT / "tests")])
-    environment = {**os.environ, "STILLREACH_INSTRUCTIONS": "baseline", "PYTHONPATH": paths}
-    command = [sys.executable, "-c", OTHER_SET, file]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return pickle.loads(file.read_bytes())
+def told(tmp_path_factory):
+    """The report of a process that is told to use an instruction set."""
+
+    @functools.cache
+    def ask(instruction_set):
+        file = tmp_path_factory.mktemp(instruction_set) / "report.pickle"
+        paths = os.pathsep.join([str(ROOT), str(ROOT / "tests")])
+        environment = {**os.environ, "STILLREACH_INSTRUCTIONS": instruction_set, "PYTHONPATH": paths}
+        command = [sys.executable, "-c", OTHER_SET, file]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        return pickle.loads(file.read_bytes())
+
+    return ask
 
 
-def test_the_baseline_answers_each_row_as_alone(other):
-    assert other["set"] == "baseline"
+@pytest.mark.parametrize("instruction_set", ["baseline", "avx2"])
+def test_every_set_answers_each_row_as_alone(told, instruction_set):
+    if _core.instruction_set() == "baseline" != instruction_set:
+        pytest.skip("this machine has no AVX2")
+    other = told(instruction_set)
+    assert other["set"] == instruction_set
     assert {name: wrong for name, wrong in other["wrong"].items() if wrong} == {}
+
+
+@pytest.mark.skipif(_core.instruction_set() != "avx512", reason="this machine has no AVX-512")
+@pytest.mark.parametrize("law", LAWS)
+def test_eight_lanes_give_the_bits_of_four(told, law):
+    here, there = ask_batch(ARM, LAWS[law].make(), ordinary_rows(ALIKE)), told("avx2")["answers"][law]
+    for key, values in there.items():
+        np.testing.assert_array_equal(getattr(here, key), values, err_msg=key)
 
 
 @pytest.mark.skipif(_core.instruction_set() == "baseline", reason="this machine has one instruction set")
 @pytest.mark.parametrize("law", LAWS)
-def test_both_sets_agree(other, law, capsys):
+def test_the_baseline_agrees(told, law, capsys):
     """Rates to 1e-12 (σmax/σmin)² of the largest, statuses exactly, task errors to 1e-9.
 
     σ are those of the working joints or of those left free, whichever are worse. Left out are rows where the last
@@ -89,7 +110,7 @@ def test_both_sets_agree(other, law, capsys):
     tolerance, one step sooner or later: a row or two in a thousand are alike to 1e-8 only.
     """
     rows = ordinary_rows(ALIKE)
-    here, there = ask_batch(ARM, LAWS[law].make(), rows), other["answers"][law]
+    here, there = ask_batch(ARM, LAWS[law].make(), rows), told("baseline")["answers"][law]
     near = ask_batch(ARM, LAWS[law].make(), nudged(rows))
     J = ARM.jacobian(rows.q)
     condition = np.maximum(ratio(J, rows.lower < rows.upper), ratio(J, here.active == 0))

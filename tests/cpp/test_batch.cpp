@@ -9,12 +9,12 @@ namespace {
 
 using stillreach::Batch;
 
-// Numbers on a 32-byte boundary, not one more than asked for.
+// Numbers on a 64-byte boundary, not one more than asked for.
 struct Aligned {
   double* data = nullptr;
   explicit Aligned(std::size_t count) {
     void* memory = nullptr;
-    CHECK(posix_memalign(&memory, 32, sizeof(double) * count) == 0);
+    CHECK(posix_memalign(&memory, 64, sizeof(double) * count) == 0);
     data = static_cast<double*>(memory);
     for (std::size_t i = 0; i < count; ++i) data[i] = -7e77;
   }

@@ -11,7 +11,7 @@ namespace {
 // With multiply-adds where the kernel of this machine has them.
 const stillreach::Kernel& plain() {
 #if defined(__x86_64__)
-  if (std::strcmp(kernel().instruction_set, "avx2") == 0) return portable_kernel_fma();
+  if (std::strcmp(kernel().instruction_set, "baseline") != 0) return portable_kernel_fma();
 #endif
   return portable_kernel();
 }
@@ -130,11 +130,11 @@ Rates solve_batch(const stillreach::Kernel& k, stillreach::Batch b, int count) {
   const int n = b.arm.n;
   Rates to{std::vector<double>(count * n), std::vector<double>(count * b.m), std::vector<double>(count), std::vector<std::int32_t>(count)};
   b.rates = to.rates.data(), b.residual = to.residual.data(), b.damping = to.damping.data(), b.status = to.status.data();
-  std::vector<double> doubles(k.batch_doubles(n, false) + 4);
+  std::vector<double> doubles(k.batch_doubles(n, false) + 8);
   std::vector<int> ints(k.batch_ints(n));
   std::vector<std::int8_t> bytes(k.batch_bytes(n));
-  const std::size_t off = reinterpret_cast<std::uintptr_t>(doubles.data()) % 32 / sizeof(double);
-  k.batch(b, 0, count, {doubles.data() + (off ? 4 - off : 0), ints.data(), bytes.data()});
+  const std::size_t off = reinterpret_cast<std::uintptr_t>(doubles.data()) % 64 / sizeof(double);
+  k.batch(b, 0, count, {doubles.data() + (off ? 8 - off : 0), ints.data(), bytes.data()});
   return to;
 }
 

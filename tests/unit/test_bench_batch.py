@@ -137,7 +137,7 @@ def result() -> Result:
     figures = (
         timed(law_cases(rows), 40, 2, 1) + timed(working_cases(20), 20, 2, 1) + timed(thread_cases(rows), 40, 2, 1)
     )
-    return Result(40, 1, figures, call_costs(rows, 1), Peak(3.0, 48.0, 0.0), ["before.", "after."])
+    return Result("avx2", 40, 1, figures, call_costs(rows, 1), Peak(3.0, 48.0, 0.0), ["before.", "after."])
 
 
 def test_every_law_is_measured_and_written_and_comes_back() -> None:
@@ -169,6 +169,15 @@ def test_the_share_of_the_peak_is_operations_over_time_and_peak() -> None:
     assert line == ["a law", "10.00", "5.00", "100", "200", "2400", "50 %"]
     line = batch_tables.law_line(replace(result(), peak=Peak(2.0, 48.0)), replace(figure.figure(), kernel=0.08))
     assert line[-3:] == ["80", "160", "62 %"]
+    eight = replace(result(), instruction_set="avx512", peak=Peak(2.0, 48.0, 96.0))
+    assert batch_tables.law_line(eight, figure.figure())[-1] == "25 %"
+
+
+def test_what_avx512_gives_is_told_where_the_machine_has_it() -> None:
+    assert "no AVX-512" in why.eight_lanes(result())
+    told = why.eight_lanes(replace(result(), instruction_set="avx512", peak=Peak(2.0, 48.0, 96.0)))
+    assert "`Pseudoinverse`" in told
+    assert "96.0 of 512 bits" in told
 
 
 def test_the_page_of_figures_has_a_place_for_each_and_keeps_its_words(
@@ -180,6 +189,7 @@ def test_the_page_of_figures_has_a_place_for_each_and_keeps_its_words(
     ]
     timed_alone = [replace(figure, kernel=0.1) if figure.table == "laws" else figure for figure in result().figures]
     (tmp_path / "batch.json").write_text(json.dumps(batch_tables.as_json(replace(result(), figures=timed_alone))))
+    (tmp_path / "wide.json").write_text((tmp_path / "batch.json").read_text())
     (tmp_path / "stages.json").write_text(json.dumps([asdict(one) for one in counts]))
     for part in ("tick", "long_arms"):
         (tmp_path / f"{part}.md").write_text(f"| of {part} |\n")
@@ -200,7 +210,7 @@ def test_the_page_of_figures_has_a_place_for_each_and_keeps_its_words(
 
 @pytest.mark.parametrize(
     ("given", "said"),
-    [(["batches"], "batches not among batch, stages, tick, long_arms"), (["--kept", "tick"], "--kept")],
+    [(["batches"], "batches not among batch, wide, stages, tick, long_arms"), (["--kept", "tick"], "--kept")],
 )
 def test_parts_that_are_none_are_named(
     given: list[str], said: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

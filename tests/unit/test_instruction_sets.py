@@ -1,6 +1,6 @@
-"""Two builds of one header live in one library; the linker must never swap one for the other.
+"""Several builds of one header live in one library; the linker must never swap one for the other.
 
-A function that both objects define as a weak symbol of one name is kept once, from either: an illegal instruction on
+A function that two objects define as a weak symbol of one name is kept once, from either: an illegal instruction on
 a machine without AVX2, and nothing says so before it runs.
 """
 
@@ -9,6 +9,7 @@ import platform
 import re
 import shutil
 import sys
+from itertools import combinations
 from pathlib import Path
 
 import pytest
@@ -18,18 +19,21 @@ X86_64 = platform.machine() in ("x86_64", "AMD64")
 AVX_ARITHMETIC = re.compile(r"\bv(?:add|mul|fn?m(?:add|sub)\d+)[sp]d\b|%ymm")
 OLD_MACHINE = ["qemu-x86_64", "-cpu", "Nehalem"]
 
-pytestmark = pytest.mark.skipif(not X86_64, reason="only x86-64 has two instruction sets")
+AVX512_ARITHMETIC = re.compile(r"%zmm|%k[0-7]")
+SETS = ("baseline", "avx2", "avx512")
+
+pytestmark = pytest.mark.skipif(not X86_64, reason="only x86-64 has several instruction sets")
 needs_qemu = pytest.mark.skipif(shutil.which(OLD_MACHINE[0]) is None, reason="apt-get install qemu-user")
 
 
 @pytest.fixture(scope="module")
 def build() -> Path:
     """The C++ build folder with the kernels up to date: nothing to do after `make cpp-test`."""
-    return build_targets("kernel_baseline", "kernel_avx2")
+    return build_targets(*(f"kernel_{name}" for name in SETS))
 
 
 def kernel_object(build: Path, name: str) -> Path:
-    return build / "CMakeFiles" / f"{name}.dir" / "bindings" / "kernel.cpp.o"
+    return build / "CMakeFiles" / f"kernel_{name}.dir" / "bindings" / "kernel.cpp.o"
 
 
 def weak_symbols(path: Path) -> set[str]:
@@ -39,19 +43,18 @@ def weak_symbols(path: Path) -> set[str]:
 
 
 @pytest.mark.timeout(600)
-def test_the_two_kernels_share_no_weak_symbol(build: Path) -> None:
-    baseline, avx2 = (weak_symbols(kernel_object(build, name)) for name in ("kernel_baseline", "kernel_avx2"))
-    assert baseline & avx2 == set()
+def test_the_kernels_share_no_weak_symbol(build: Path) -> None:
+    for one, other in combinations([weak_symbols(kernel_object(build, name)) for name in SETS], 2):
+        assert one & other == set()
 
 
 @pytest.mark.timeout(600)
 def test_the_kernels_are_compiled_for_what_they_are_named_after(build: Path) -> None:
-    baseline, avx2 = (
-        run("objdump", "-d", "--no-show-raw-insn", kernel_object(build, name))
-        for name in ("kernel_baseline", "kernel_avx2")
-    )
+    baseline, avx2, avx512 = (run("objdump", "-d", "--no-show-raw-insn", kernel_object(build, name)) for name in SETS)
     assert AVX_ARITHMETIC.search(baseline) is None
     assert AVX_ARITHMETIC.search(avx2)
+    assert AVX512_ARITHMETIC.search(baseline + avx2) is None
+    assert AVX512_ARITHMETIC.search(avx512)
 
 
 def test_a_shared_weak_symbol_is_seen(tmp_path: Path) -> None:

@@ -85,7 +85,7 @@ def test_the_doctor_finds_this_installation_complete() -> None:
     assert done.returncode == 0
     assert "matplotlib" in done.stdout
     assert "pip install" not in done.stdout
-    assert any(path in done.stdout for path in ("avx2", "baseline"))
+    assert any(path in done.stdout for path in ("avx512", "avx2", "baseline"))
 
 
 def test_the_doctor_says_how_to_get_what_is_missing() -> None:
