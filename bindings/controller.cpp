@@ -56,7 +56,7 @@ static void make_controller(Controller* self, const Arm& arm, const Law& law, co
   s.track_gain = track_gain, s.track_linear = track_linear, s.track_angular = track_angular;
   s.null_kind = stillreach::NULL_NONE, s.null_largest = std::numeric_limits<double>::infinity();
 
-  c.numbers.assign(32 * static_cast<std::size_t>(n) + 2, 0.0), c.bytes.assign(4 * static_cast<std::size_t>(n), 0);
+  c.numbers.assign(34 * static_cast<std::size_t>(n), 0.0), c.bytes.assign(4 * static_cast<std::size_t>(n), 0);
   double* at = c.numbers.data();
   const auto take = [&](int times) { double* p = at; at += static_cast<std::size_t>(times) * n; return p; };
   const auto copy = [&](const char* name, nb::handle from) {
@@ -68,7 +68,7 @@ static void make_controller(Controller* self, const Arm& arm, const Law& law, co
   s.position_lower = copy("position_limits", position_lower), s.position_upper = copy("position_limits", position_upper);
   s.acceleration = copy("acceleration_limits", acceleration);
   s.null_vector = take(1), s.fault_value = take(1), s.last = take(1), s.anchor = take(1), s.lower = take(1), s.upper = take(1), s.reference = take(1);
-  s.task_jacobian = s.every_row ? nullptr : take(6), s.scratch = take(8), s.jacobian = take(6);  // last: it writes two numbers more
+  s.task_jacobian = s.every_row ? nullptr : take(6), s.scratch = take(10), s.jacobian = take(6);
   if (s.every_row) s.task_jacobian = s.jacobian;
   s.constant_bounds = 1;
   for (int i = 0; i < n; ++i)
@@ -148,27 +148,28 @@ static Solution track(Controller& c, nb::handle q, nb::handle target_pose, nb::h
   return take_solution(c, out, to);
 }
 
-// The arrays of a bound tick, held open for as long as it lives.
+// The arrays of a bound tick, held open for as long as it lives. What a tick needs comes first, in one line of the cache.
 struct Bound {
-  nb::object controller, arrays;
   Controller* c;
-  View q, twist, target, rates;
-  bool has_target;
+  const double *q, *twist, *target;  // target: or null
+  double* rates;
+  nb::object controller, arrays;
+  View views[4];
 };
 
 static nb::object tick(Bound& b) {
   Controller& c = *b.c;
   double frame[12];
-  const double* q = b.q.data();
+  const double* q = b.q;
   bool fine = true;
-  if (b.has_target && !read_pose(b.target.data(), frame)) frame[0] = std::nan("");
+  if (b.target && !read_pose(b.target, frame)) frame[0] = std::nan("");
   if (!c.gradient.is_none()) {
     bool finite = true;
     for (int i = 0; i < c.n(); ++i) finite &= std::isfinite(q[i]);
     if (finite) fine = c.update_gradient(q, false);
   }
-  c.run(q, b.twist.data(), b.has_target ? frame : nullptr);
-  std::memcpy(b.rates.data(), c.rates.data(), sizeof(double) * c.n());
+  c.run(q, b.twist, b.target ? frame : nullptr);
+  std::memcpy(b.rates, c.rates.data(), sizeof(double) * c.n());
   return status_object(fine ? c.answer.status : c.answer.status | stillreach::INVALID_INPUT);
 }
 
@@ -176,11 +177,12 @@ static nb::object bind(nb::handle self, nb::handle q, nb::handle twist, nb::hand
   Controller& c = *nb::inst_ptr<Controller>(self);
   auto b = std::make_unique<Bound>();
   b->controller = nb::borrow(self), b->arrays = nb::make_tuple(q, twist, rates, target), b->c = &c;
-  b->q = strict("q", q, {c.n()}, false);
-  b->twist = strict("twist", twist, {6}, false);
-  b->rates = strict("rates", rates, {c.n()}, true);
-  b->has_target = !target.is_none();
-  if (b->has_target) b->target = strict("target", target, {4, 4}, false);
+  b->views[0] = strict("q", q, {c.n()}, false);
+  b->views[1] = strict("twist", twist, {6}, false);
+  b->views[2] = strict("rates", rates, {c.n()}, true);
+  if (!target.is_none()) b->views[3] = strict("target", target, {4, 4}, false);
+  b->q = b->views[0].data(), b->twist = b->views[1].data(), b->rates = b->views[2].data();
+  b->target = target.is_none() ? nullptr : b->views[3].data();
   return nb::cpp_function([bound = std::shared_ptr<Bound>(std::move(b))]() { return tick(*bound); }, nb::name("tick"));
 }
 

@@ -170,8 +170,8 @@ inline void write_invalid(const Batch& b, std::ptrdiff_t row, double* rates, std
 // A row with the single tick's code.
 inline STILLREACH_NOINLINE void solve_alone(const Batch& b, std::ptrdiff_t row, BatchMemory& w) {
   const int n = b.arm.n, m = b.m;
-  double *rates = w.single, *bounds = rates + n, *scratch = bounds + 2 * n, *jacobian = scratch + 2 * n, *task = jacobian + 6 * n + 2;
-  double *twist = task + 6 * n + 2, *residual = twist + 6, *pose = residual + 6;
+  double *rates = w.single, *bounds = rates + n, *scratch = bounds + 2 * n, *jacobian = scratch + 10 * n, *task = jacobian + 6 * n;
+  double *twist = task + 6 * n, *residual = twist + 6, *pose = residual + 6;
   std::int8_t* active = w.bytes;
   if (!answerable(b, row)) return write_invalid(b, row, rates, active);
   const double* asked = b.twist + row * b.twist_stride;

@@ -14,6 +14,7 @@ constexpr int kNever = 100;         // a release count: freeing this variable le
 constexpr double kInside = 1e-12;   // relative slack of a free variable at its bound
 constexpr double kRounding = 4e-15; // relative error that a residual may have
 constexpr double kDependent = 1e-14; // part of the largest singular value that is rounding of the columns
+constexpr double kAlong = 16.0;     // a residual is known to so many times what it has along free columns, whose sum a column may be
 constexpr double kDescent = 1e-13;  // relative change of an objective that counts
 
 struct Box {
@@ -223,7 +224,7 @@ inline int choose_release(Rows<M> m, Box& b, const Inner& in, double rhs_size, b
     along = larger(along, magnitude(dot(m, b.columns + i * kStride, in.residual)));
     longest = larger(longest, b.length[i]);
   }
-  const double floor = larger(1e-16 * size, longest > 0.0 ? 4.0 * along / longest : 0.0);
+  const double floor = larger(1e-16 * size, longest > 0.0 ? kAlong * along / longest : 0.0);
   const bool damped = b.kappa > 0.0, consistent = dot(m, in.residual, in.residual) <= kRounding * kRounding * size * size;
   const double dual_size = square_root(dot(m, in.dual, in.dual));
   int first = -1;

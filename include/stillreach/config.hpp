@@ -26,7 +26,7 @@ using int32_t = int;
 #define STILLREACH_ISA portable_fma
 #elif defined(STILLREACH_PORTABLE_PACK)
 #define STILLREACH_ISA portable
-#elif defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__) && defined(__FMA__)
+#elif defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__FMA__)
 #define STILLREACH_ISA avx512
 #define STILLREACH_WIDE  // lanes.hpp: eight problems at once
 #elif defined(__AVX2__) && defined(__FMA__)
@@ -60,6 +60,13 @@ using int32_t = int;
 #define STILLREACH_INLINE inline
 #define STILLREACH_NOINLINE
 #define STILLREACH_RESTRICT
+#endif
+
+// Before a loop over so few rows that it is written out where their number is known.
+#if defined(__GNUC__) && !defined(__clang__)
+#define STILLREACH_UNROLL _Pragma("GCC unroll 8")
+#else
+#define STILLREACH_UNROLL
 #endif
 
 // A function of the C library by its name: the compiler's own, or CUDA's.

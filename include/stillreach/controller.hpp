@@ -57,11 +57,7 @@ inline void brake(ControllerState& c, const double* q, Answer& out) {
 // loop on, or null.
 inline void evaluate(ControllerState& c, const double* q, const double* twist, const double* target, Workspace& w, Answer& out) {
   const int n = c.arm.n;
-  double doubt = 0.0;  // a - a is 0 for numbers and NaN for everything else
-  for (int i = 0; i < n; ++i) doubt += q[i] - q[i];
-  for (int r = 0; r < 6; ++r) doubt += twist[r] - twist[r];
-  if (target)
-    for (int r = 0; r < 12; ++r) doubt += target[r] - target[r];
+  const double doubt = doubt_in(q, n) + doubt_in(twist, 6) + (target ? doubt_in(target, 12) : 0.0);
   STILLREACH_LIBRARY(memcpy)(out.active, c.active, n);
   out.plane = c.plane;
   if (doubt == 0.0) {

@@ -53,7 +53,7 @@ struct ControllerState {
   std::int8_t* lower_reason;  // n, Reason
   std::int8_t* upper_reason;  // n
   double* reference;       // n
-  double* scratch;         // 8 n
+  double* scratch;         // 10 n
   double pose[12];         // rotation by columns, translation
   double command[6];       // the twist asked for, corrections included, base axes
   double twist[6];         // its m task rows

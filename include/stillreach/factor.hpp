@@ -5,7 +5,7 @@
 // only where it is known to be right; elsewhere spectrum.hpp factors the matrix itself.
 #pragma once
 
-#include "scalar.hpp"
+#include "packs.hpp"
 
 STILLREACH_BEGIN
 
@@ -51,64 +51,102 @@ STILLREACH_INLINE void gram(Rows<M> m, const double* columns, const int* index, 
   }
 }
 
+// The same for one matrix (T double, F Factor) and for one a lane (Wide, LaneFactor). Loops over M are written out: the
+// numbers stay in registers.
+
 // Factors f.gram. Returns a proven upper bound of its condition number, infinity where it is not positive (or not a number).
-template <int M>
-STILLREACH_INLINE double factor(Rows<M> m, Factor& f) {
-  double w[kRows][kRows];
+template <int M, class T, class F>
+STILLREACH_INLINE T factor(F& f) {
+  T w[M][M], trace = fill<T>(0.0), inverse_trace = fill<T>(0.0);
   auto& l = f.lower;
-  f.trace = 0.0, f.inverse_trace = 0.0;
-  bool positive = true;
-  for (int j = 0; j < m(); ++j) {
-    f.trace += f.gram[j][j];
-    for (int i = j; i < m(); ++i) {
-      double sum = f.gram[i][j];
-      for (int k = 0; k < j; ++k) sum = madd(-w[i][k], l[j][k], sum);
+  auto positive = trace == trace;
+  STILLREACH_UNROLL for (int j = 0; j < M; ++j) {
+    trace += f.gram[j][j];
+    STILLREACH_UNROLL for (int i = j; i < M; ++i) {
+      T sum = f.gram[i][j];
+      STILLREACH_UNROLL for (int k = 0; k < j; ++k) sum = madd(-w[i][k], l[j][k], sum);
       w[i][j] = sum;  // L D
     }
-    positive &= w[j][j] > 0.0;
+    positive &= w[j][j] > fill<T>(0.0);
     f.pivot_inverse[j] = 1.0 / w[j][j];
-    for (int i = j + 1; i < m(); ++i) l[i][j] = w[i][j] * f.pivot_inverse[j];
+    STILLREACH_UNROLL for (int i = j + 1; i < M; ++i) l[i][j] = w[i][j] * f.pivot_inverse[j];
   }
-  for (int j = 0; j < m(); ++j) {
-    double sum = f.pivot_inverse[j];
-    for (int i = j + 1; i < m(); ++i) {
-      double entry = -l[i][j];
-      for (int k = j + 1; k < i; ++k) entry = madd(-l[i][k], f.inverse[k][j], entry);
+  STILLREACH_UNROLL for (int j = 0; j < M; ++j) {
+    T sum = f.pivot_inverse[j];
+    STILLREACH_UNROLL for (int i = j + 1; i < M; ++i) {
+      T entry = -l[i][j];
+      STILLREACH_UNROLL for (int k = j + 1; k < i; ++k) entry = madd(-l[i][k], f.inverse[k][j], entry);
       f.inverse[i][j] = entry;
       sum = madd(entry * entry, f.pivot_inverse[i], sum);
     }
-    f.inverse_trace += sum;
+    inverse_trace += sum;
   }
-  const double condition = f.trace * f.inverse_trace;
-  return positive && condition < infinity() ? condition : infinity();
+  f.trace = trace, f.inverse_trace = inverse_trace;
+  const T condition = trace * inverse_trace, none = fill<T>(infinity());
+  return select(positive & (condition < none), condition, none);
 }
 
 // x = G^-1 b: two products with the inverse triangle. x and b may be the same.
-template <int M>
-STILLREACH_INLINE void solve(Rows<M> m, const Factor& f, const double* b, double* x) {
-  double y[kRows];
-  for (int i = 0; i < m(); ++i) {
-    double sum = b[i];
-    for (int k = 0; k < i; ++k) sum = madd(f.inverse[i][k], b[k], sum);
+template <int M, class T, class F>
+STILLREACH_INLINE void solve(const F& f, const T* b, T* x) {
+  T y[M];
+  STILLREACH_UNROLL for (int i = 0; i < M; ++i) {
+    T sum = b[i];
+    STILLREACH_UNROLL for (int k = 0; k < i; ++k) sum = madd(f.inverse[i][k], b[k], sum);
     y[i] = sum * f.pivot_inverse[i];
   }
-  for (int j = 0; j < m(); ++j) {
-    double sum = y[j];
-    for (int i = j + 1; i < m(); ++i) sum = madd(f.inverse[i][j], y[i], sum);
+  STILLREACH_UNROLL for (int j = 0; j < M; ++j) {
+    T sum = y[j];
+    STILLREACH_UNROLL for (int i = j + 1; i < M; ++i) sum = madd(f.inverse[i][j], y[i], sum);
     x[j] = sum;
   }
 }
 
 // b' G^-1 b.
-template <int M>
-STILLREACH_INLINE double inverse_norm(Rows<M> m, const Factor& f, const double* b) {
-  double total = 0.0;
-  for (int i = 0; i < m(); ++i) {
-    double sum = b[i];
-    for (int k = 0; k < i; ++k) sum = madd(f.inverse[i][k], b[k], sum);
+template <int M, class T, class F>
+STILLREACH_INLINE T inverse_norm(const F& f, const T* b) {
+  T total = fill<T>(0.0);
+  STILLREACH_UNROLL for (int i = 0; i < M; ++i) {
+    T sum = b[i];
+    STILLREACH_UNROLL for (int k = 0; k < i; ++k) sum = madd(f.inverse[i][k], b[k], sum);
     total = madd(sum * sum, f.pivot_inverse[i], total);
   }
   return total;
+}
+
+// work(Rows<m>) for the m of a task.
+template <class Work>
+STILLREACH_INLINE auto with_rows(int m, Work work) {
+  switch (m) {
+    case 1: return work(Rows<1>{1});
+    case 2: return work(Rows<2>{2});
+    case 3: return work(Rows<3>{3});
+    case 4: return work(Rows<4>{4});
+    case 5: return work(Rows<5>{5});
+    default: return work(Rows<6>{6});
+  }
+}
+
+template <int M>
+STILLREACH_INLINE double factor(Rows<M>, Factor& f) {
+  return factor<M, double>(f);
+}
+template <int M>
+STILLREACH_INLINE void solve(Rows<M>, const Factor& f, const double* b, double* x) {
+  solve<M>(f, b, x);
+}
+inline STILLREACH_NOINLINE double factor(Rows<0> m, Factor& f) {
+  return with_rows(m.value, [&](auto rows) { return factor(rows, f); });
+}
+inline STILLREACH_NOINLINE void solve(Rows<0> m, const Factor& f, const double* b, double* x) {
+  with_rows(m.value, [&](auto rows) { solve(rows, f, b, x); });
+}
+template <int M>
+STILLREACH_INLINE double inverse_norm(Rows<M>, const Factor& f, const double* b) {
+  return inverse_norm<M>(f, b);
+}
+inline STILLREACH_NOINLINE double inverse_norm(Rows<0> m, const Factor& f, const double* b) {
+  return with_rows(m.value, [&](auto rows) { return inverse_norm(rows, f, b); });
 }
 
 template <int M>

@@ -21,19 +21,20 @@ struct Doubt {
 
 // The unit normal of the plane that the residual of b stands on. Where the residual is short its direction is rounded, and
 // where the twist is nearly along the plane that matters: it is made orthogonal to the free columns again, which span the
-// plane.
+// plane. False: they leave nothing of it, and the residual is what the bounds cut off by rounding.
 template <int M>
-inline void plane_normal(Rows<M> m, const double* twist, double twist_size, Box& b, Inner& in, double error, double scale,
+inline bool plane_normal(Rows<M> m, const double* twist, double twist_size, Box& b, Inner& in, double error, double scale,
                          double* normal) {
   for (int r = 0; r < kStride; ++r) normal[r] = r < m() ? b.residual[r] / error : 0.0;
   int free = 0;
   for (int i = 0; i < b.k; ++i)
     if (b.state[i] == 0) b.index[free++] = i;
-  if (free == 0 || (error > kShort * scale && dot(m, normal, twist) > kGrazing * twist_size)) return;
+  if (free == 0 || (error > kShort * scale && dot(m, normal, twist) > kGrazing * twist_size)) return true;
   solve_inner(m, b.columns, b.index, free, normal, 0.0, b.threshold, b.work, b.target, in);
   const double length = size_of(m, in.residual);
-  if (!(length > 0.5)) return;  // then the residual was noise altogether
+  if (!(length > 0.5)) return false;
   for (int r = 0; r < m(); ++r) normal[r] = in.residual[r] / length;
+  return true;
 }
 
 // Largest fraction in [0, 1] with fixed + fraction * twist reachable; b holds the bounded solution there. Negative: none.
@@ -56,7 +57,10 @@ inline double largest_fraction(Rows<M> m, const double* fixed, const double* twi
     residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
     const double error = size_of(m, b.residual), scale = madd(fraction, twist_size, fixed_size);
     if (error <= reached(b, scale)) return fraction;
-    plane_normal(m, twist, twist_size, b, in, error, scale, normal);
+    if (!plane_normal(m, twist, twist_size, b, in, error, scale, normal)) {
+      doubt.any |= error > kNearly * scale;
+      return fraction;
+    }
     if (plane)
       for (int r = 0; r < m(); ++r) plane[r] = normal[r];
     const double next = plane_fraction(m, fixed, twist, b, normal, true);
@@ -118,6 +122,7 @@ inline void keep_direction(Rows<M> m, const LawSettings& law, const Problem& p, 
   if (!prepare(m, p, w, out, s)) return;
   double rhs[kStride], twist[kRows], fixed[kStride] = {0, 0, 0, 0, 0, 0, 0, 0};
   Box b = make_box(m, law, p, s, out.rates, w, rhs);
+  measure_columns(m, s, w);
   b.safe = kSafe;
   Inner in;
   const bool inside_all = solve_unbounded(m, rhs, b, in);

@@ -254,7 +254,7 @@ inline Wide choose_release(const LaneBox<M>& b, Wide size, Lanes& barred) {
     along = larger(along, select(free, magnitude(dot<M>(b.column[i], b.residual)), zero));
     longest = larger(longest, select(free, b.length[i], zero));
   }
-  const Wide floor = larger(wide(1e-16) * size, select(longest > zero, wide(4.0) * along / longest, zero));
+  const Wide floor = larger(wide(1e-16) * size, select(longest > zero, kAlong * along / longest, zero));
   const Lanes settled = (b.kappa > zero) | (dot<M>(b.residual, b.residual) <= wide(kRounding * kRounding) * size * size);
   const Wide dual_size = square_root(dot<M>(b.dual, b.dual));
   Wide first = wide(-1.0), second = wide(-1.0), first_gain = zero, second_gain = zero;

@@ -103,15 +103,15 @@ inline Lanes exact_damping(const Wide* const* column, int k, const Wide* rhs, co
     settled |= meets, where &= ~meets;
     steps = select(meets, wide(step), steps);
     if (!any(where)) break;
-    solve<M>(f, w, v), solve<M>(f, in.dual, t);
+    solve<M, Wide>(f, w, v), solve<M, Wide>(f, in.dual, t);
     const Wide b[] = {dot<M>(rhs, in.dual), dot<M>(in.dual, in.dual), dot<M>(in.dual, t)};
-    const Wide c[] = {dot<M>(w, v), dot<M>(v, v), inverse_norm<M>(f, v)}, g[] = {u, dot<M>(v, in.dual), dot<M>(v, t)};
+    const Wide c[] = {dot<M>(w, v), dot<M>(v, v), inverse_norm<M, Wide>(f, v)}, g[] = {u, dot<M>(v, in.dual), dot<M>(v, t)};
     const Wide next = kappa + certain_step(u, b, c, g);
     where &= next > kappa;
     kappa = select(where, next, kappa);
     for (int r = 0; r < M; ++r) f.gram[r][r] = diagonal[r] + kappa;
-    where &= factor<M>(f) < wide(infinity());
-    solve<M>(f, rhs, in.dual);
+    where &= factor<M, Wide>(f) < wide(infinity());
+    solve<M, Wide>(f, rhs, in.dual);
     for (int j = 0; j < k; ++j) z[j] = dot<M>(column[j], in.dual);
   }
   return settled;

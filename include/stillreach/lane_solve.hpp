@@ -7,12 +7,6 @@
 
 STILLREACH_BEGIN
 
-#if defined(__GNUC__) && !defined(__clang__)
-#define STILLREACH_UNROLL _Pragma("GCC unroll 8")
-#else
-#define STILLREACH_UNROLL
-#endif
-
 template <int M>
 struct LaneFactor {
   Wide gram[M][M];     // lower triangle
@@ -56,64 +50,6 @@ STILLREACH_INLINE void gram(const Wide* const* column, int count, Wide kappa, La
   }
 }
 
-// As factor() of factor.hpp: proven upper bounds of the condition numbers, infinity where a matrix is not positive.
-template <int M>
-STILLREACH_INLINE Wide factor(LaneFactor<M>& f) {
-  Wide w[M][M];
-  auto& l = f.lower;
-  f.trace = f.inverse_trace = wide(0.0);
-  Lanes positive = every_lane();
-  STILLREACH_UNROLL for (int j = 0; j < M; ++j) {
-    f.trace += f.gram[j][j];
-    STILLREACH_UNROLL for (int i = j; i < M; ++i) {
-      Wide sum = f.gram[i][j];
-      STILLREACH_UNROLL for (int k = 0; k < j; ++k) sum = madd(-w[i][k], l[j][k], sum);
-      w[i][j] = sum;
-    }
-    positive &= w[j][j] > wide(0.0);
-    f.pivot_inverse[j] = wide(1.0) / w[j][j];
-    STILLREACH_UNROLL for (int i = j + 1; i < M; ++i) l[i][j] = w[i][j] * f.pivot_inverse[j];
-  }
-  STILLREACH_UNROLL for (int j = 0; j < M; ++j) {
-    Wide sum = f.pivot_inverse[j];
-    STILLREACH_UNROLL for (int i = j + 1; i < M; ++i) {
-      Wide entry = -l[i][j];
-      STILLREACH_UNROLL for (int k = j + 1; k < i; ++k) entry = madd(-l[i][k], f.inverse[k][j], entry);
-      f.inverse[i][j] = entry;
-      sum = madd(entry * entry, f.pivot_inverse[i], sum);
-    }
-    f.inverse_trace += sum;
-  }
-  const Wide condition = f.trace * f.inverse_trace;
-  return select(positive & (condition < wide(infinity())), condition, wide(infinity()));
-}
-
-template <int M>
-STILLREACH_INLINE void solve(const LaneFactor<M>& f, const Wide* b, Wide* x) {
-  Wide y[M];
-  STILLREACH_UNROLL for (int i = 0; i < M; ++i) {
-    Wide sum = b[i];
-    STILLREACH_UNROLL for (int k = 0; k < i; ++k) sum = madd(f.inverse[i][k], b[k], sum);
-    y[i] = sum * f.pivot_inverse[i];
-  }
-  STILLREACH_UNROLL for (int j = 0; j < M; ++j) {
-    Wide sum = y[j];
-    STILLREACH_UNROLL for (int i = j + 1; i < M; ++i) sum = madd(f.inverse[i][j], y[i], sum);
-    x[j] = sum;
-  }
-}
-
-template <int M>
-STILLREACH_INLINE Wide inverse_norm(const LaneFactor<M>& f, const Wide* b) {
-  Wide total = wide(0.0);
-  STILLREACH_UNROLL for (int i = 0; i < M; ++i) {
-    Wide sum = b[i];
-    STILLREACH_UNROLL for (int k = 0; k < i; ++k) sum = madd(f.inverse[i][k], b[k], sum);
-    total = madd(sum * sum, f.pivot_inverse[i], total);
-  }
-  return total;
-}
-
 template <int M>
 STILLREACH_INLINE Wide dot(const Wide* a, const Wide* b) {
   Wide sum = wide(0.0);
@@ -139,7 +75,7 @@ inline STILLREACH_NOINLINE void refine(const Wide* const* column, int count, con
   Wide error[M], change[M];
   residual_of<M>(column, count, rhs, z, error);
   for (int r = 0; r < M; ++r) error[r] = madd(-kappa, in.dual[r], error[r]);
-  solve<M>(in.factor, error, change);
+  solve<M, Wide>(in.factor, error, change);
   for (int r = 0; r < M; ++r) in.dual[r] = select(where, in.dual[r] + change[r], in.dual[r]);
   for (int i = 0; i < count; ++i) z[i] = select(where, z[i] + dot<M>(column[i], change), z[i]);
 }
@@ -148,9 +84,9 @@ inline STILLREACH_NOINLINE void refine(const Wide* const* column, int count, con
 template <int M>
 STILLREACH_INLINE Lanes solve_wide(const Wide* const* column, int count, const Wide* rhs, Wide kappa, Wide* z, LaneInner<M>& in) {
   gram<M>(column, count, kappa, in.factor);
-  in.condition = factor<M>(in.factor);
+  in.condition = factor<M, Wide>(in.factor);
   const Lanes trusted = in.condition <= wide(kRefinedCondition);
-  solve<M>(in.factor, rhs, in.dual);
+  solve<M, Wide>(in.factor, rhs, in.dual);
   for (int i = 0; i < count; ++i) z[i] = dot<M>(column[i], in.dual);
   const Lanes once = trusted & (in.condition > wide(kPlainCondition));
   if (any(once)) {

@@ -43,7 +43,6 @@ inline Box make_box(Rows<M> m, const LawSettings& law, const Problem& p, System&
   for (int j = 0; j < s.k; ++j) {
     if (!p.reference || !(law.max_gain > 0.0)) w.offset[j] = p.reference ? p.reference[w.joint[j]] / w.scale[j] : 0.0;
     if (!is_finite(w.offset[j])) w.offset[j] = 0.0;
-    w.length[j] = square_root(dot(m, w.columns + j * kStride, w.columns + j * kStride));
   }
   if (s.full) {
     gather_joint_weight(p, s.k, w);
@@ -61,6 +60,12 @@ inline Box make_box(Rows<M> m, const LawSettings& law, const Problem& p, System&
   b.z = w.z, b.state = w.state, b.target = w.target, b.work = w.work, b.index = w.index, b.releases = w.releases;
   b.dependent = b.whole = 0.0, b.safe = kTwiceCondition, b.iterations = 0, b.capped = b.doubtful = false;
   return b;
+}
+
+// Needed as soon as a bound bites.
+template <int M>
+inline void measure_columns(Rows<M> m, const System& s, Workspace& w) {
+  for (int j = 0; j < s.k; ++j) w.length[j] = size_of(m, w.columns + j * kStride);
 }
 
 // All variables free: the pseudoinverse, in b.target and `in`. Makes the rank threshold absolute. True where it is
@@ -236,6 +241,7 @@ inline void least_error(Rows<M> m, const LawSettings& law, const Problem& p, Wor
   if (inside_all && b.kappa == 0.0) {
     for (int j = 0; j < s.k; ++j) b.z[j] = b.target[j];
   } else {
+    measure_columns(m, s, w);
     if (out.status & SINGULAR) {
       const Rows<0> rank{reduce_rows(m, in.spectrum, w.columns, b, rhs)};
       least_error_in_box(rank, rhs, false, out.active, w, b, in);

@@ -5,14 +5,19 @@
 
 STILLREACH_BEGIN
 
-// The same number throughout: a pack, or one of each problem of lanes.hpp.
+// The same number throughout: a number itself, a pack, or one of each problem of lanes.hpp.
 template <class P>
 STILLREACH_INLINE P fill(double a);
 template <>
 STILLREACH_INLINE Pack fill<Pack>(double a) {
   return broadcast(a);
 }
+template <>
+STILLREACH_INLINE double fill<double>(double a) {
+  return a;
+}
 
+STILLREACH_INLINE double select(bool where, double a, double b) { return where ? a : b; }
 STILLREACH_INLINE Pack select(Mask where, Pack a, Pack b) { return choose(where, a, b); }
 
 STILLREACH_INLINE int bits_of(Mask mask) {
@@ -38,6 +43,16 @@ STILLREACH_INLINE Pack square_root(Pack a) {
 #endif
 }
 
+// 0 where all are numbers, else NaN.
+STILLREACH_INLINE double doubt_in(const double* a, int count) {
+  double doubt = 0.0;
+  int i = 0;
+  Pack sum = {0, 0, 0, 0};
+  for (; i + 4 <= count; i += 4) sum += load(a + i) - load(a + i);
+  for (; i < count; ++i) doubt += a[i] - a[i];
+  return doubt + ((sum[0] + sum[2]) + (sum[1] + sum[3]));
+}
+
 #if defined(STILLREACH_PORTABLE_PACK)
 STILLREACH_INLINE double either(const Pack& a, const Pack& b, int i) { return i < 4 ? a[i] : b[i - 4]; }
 #define STILLREACH_SHUFFLE(a, b, i, j, k, l) Pack{either(a, b, i), either(a, b, j), either(a, b, k), either(a, b, l)}
@@ -46,6 +61,22 @@ STILLREACH_INLINE double either(const Pack& a, const Pack& b, int i) { return i 
 #else
 #define STILLREACH_SHUFFLE(a, b, i, j, k, l) __builtin_shuffle(a, b, Mask{i, j, k, l})
 #endif
+
+// The first two numbers of a pack alone; read back, the others are 0.
+STILLREACH_INLINE void store_pair(double* p, Pack v) {
+#if defined(__AVX2__) && !defined(STILLREACH_PORTABLE_PACK)
+  _mm_storeu_pd(p, _mm256_castpd256_pd128((__m256d)v));
+#else
+  p[0] = v[0], p[1] = v[1];
+#endif
+}
+STILLREACH_INLINE Pack load_pair(const double* p) {
+#if defined(__AVX2__) && !defined(STILLREACH_PORTABLE_PACK)
+  return (Pack)_mm256_zextpd128_pd256(_mm_loadu_pd(p));
+#else
+  return Pack{p[0], p[1], 0.0, 0.0};
+#endif
+}
 
 STILLREACH_INLINE void transpose(Pack& a, Pack& b, Pack& c, Pack& d) {
   const Pack ab = STILLREACH_SHUFFLE(a, b, 0, 4, 2, 6), ba = STILLREACH_SHUFFLE(a, b, 1, 5, 3, 7);

@@ -86,10 +86,9 @@ inline void solve_triangle(int k, const double* L, bool transposed, int count, d
 // a = scale R J_i, with zeros behind.
 template <int M>
 STILLREACH_INLINE void weighted_column(Rows<M> m, const double* R, const double* column, double scale, double* a) {
-  if (!R && m() == 6) {  // two packs that overlap
-    const Pack s = broadcast(scale), head = load(column) * s, tail = load(column + 2) * s;
-    store(a + 4, Pack{tail[2], tail[3], 0.0, 0.0});
-    store(a, head);
+  if (!R && m() == 6) {
+    const Pack s = broadcast(scale), head = load(column) * s, tail = load_pair(column + 4) * s;
+    store(a, head), store(a + 4, tail);
     return;
   }
   apply_rows(m, R, column, a);
@@ -116,6 +115,22 @@ inline void rescale(System& s, double size_a, double size_b, Workspace& w) {
   for (int j = 0; j < s.k; ++j) w.scale[j] = w.scale[j] / s.unit_a * s.unit_b;
 }
 
+// Whether a fixed joint moves.
+inline bool any_moves(const Problem& p) {
+  if (p.n < 4) {
+    bool moves = false;
+    for (int i = 0; i < p.n; ++i) moves |= !(p.lower[i] < p.upper[i]) && p.lower[i] != 0.0;
+    return moves;
+  }
+  Mask moves = {};
+  for (int next = 0; next < p.n; next += 4) {  // the last four may overlap those before
+    const int i = next + 4 <= p.n ? next : p.n - 4;
+    const Pack low = load(p.lower + i), high = load(p.upper + i);
+    moves |= ~(low < high) & (low != Pack{0, 0, 0, 0});
+  }
+  return bits_of(moves) != 0;
+}
+
 // Right-hand side and columns. extent: n bounds of the damping laws (rate = extent u), or null.
 template <int M>
 inline System assemble(Rows<M> m, const Problem& p, const double* rates, const std::int8_t* held, int k, const double* extent,
@@ -124,7 +139,7 @@ inline System assemble(Rows<M> m, const Problem& p, const double* rates, const s
   s.m = m(), s.k = k, s.full = p.metric.joints != nullptr, s.unit_a = 1.0, s.unit_b = 1.0;
   double raw[kRows];
   for (int r = 0; r < m(); ++r) raw[r] = p.twist[r];
-  if (k < p.n)
+  if (held || any_moves(p))
     for (int i = 0; i < p.n; ++i)
       if ((!(p.lower[i] < p.upper[i]) || (held && held[i])) && rates[i] != 0.0)
         for (int r = 0; r < m(); ++r) raw[r] = madd(-p.jacobian[i * m() + r], rates[i], raw[r]);
@@ -177,6 +192,7 @@ constexpr double kCompensated = 1e-9;  // relative task error from which on a ru
 // Where a fixed joint moves, and the task is not met: the others may be unable to make up for it.
 template <int M>
 inline bool fault_not_compensated(Rows<M> m, const Problem& p, const Answer& out) {
+  if (!any_moves(p)) return false;
   double drift = 0.0, size = 0.0;
   for (int i = 0; i < p.n; ++i)
     if (!(p.lower[i] < p.upper[i]) && p.lower[i] != 0.0)
@@ -192,16 +208,33 @@ STILLREACH_INLINE std::int8_t bound_code(double rate, double lower, double upper
   return static_cast<std::int8_t>(lower < upper ? top - bottom : 2);
 }
 
+// bound_code() of every joint. True where some working joint is at a bound.
+inline bool bound_codes(int n, const double* rates, const double* lower, const double* upper, std::int8_t* codes) {
+  bool saturated = false;
+  if (n < 4) {
+    for (int i = 0; i < n; ++i) codes[i] = bound_code(rates[i], lower[i], upper[i]), saturated |= (codes[i] & 1) != 0;
+    return saturated;
+  }
+  const auto bytes = [](int bits) { return (static_cast<std::uint32_t>(bits) * 0x204081u) & 0x1010101u; };  // bit l to byte l
+  for (int next = 0; next < n; next += 4) {  // the last four may overlap those before
+    const int i = next + 4 <= n ? next : n - 4;
+    const Pack rate = load(rates + i), low = load(lower + i), high = load(upper + i), small = broadcast(1e-9);
+    const Mask works = low < high;
+    const int top = bits_of(works & (rate >= high - small * magnitude(high)));
+    const int bottom = bits_of(works & (rate <= low + small * magnitude(low)));
+    const std::uint32_t code = bytes(top & ~bottom) | bytes(bottom & ~top) * 255 | bytes(~bits_of(works) & 15) * 2;
+    for (int l = 0; l < 4; ++l) codes[i + l] = static_cast<std::int8_t>(code >> 8 * l);
+    saturated |= top != bottom;
+  }
+  return saturated;
+}
+
 // What every law reports once its rates stand: residual, weighted task error, active bounds, saturation.
 template <int M>
 inline void report(Rows<M> m, const Problem& p, Answer& out) {
   double e[kRows], weighted[kRows];
   task_residual(m, p, out.rates, e);
-  bool saturated = false;
-  for (int i = 0; i < p.n; ++i) {
-    const std::int8_t code = out.active[i] = bound_code(out.rates[i], p.lower[i], p.upper[i]);
-    saturated |= (code & 1) != 0;
-  }
+  const bool saturated = bound_codes(p.n, out.rates, p.lower, p.upper, out.active);
   apply_rows(m, p.metric.rows, e, weighted);
   double size = 0.0;
   for (int r = 0; r < m(); ++r) out.residual[r] = e[r], size = larger(size, magnitude(weighted[r]));

@@ -85,8 +85,8 @@ struct Robot {
   Robot(const Chain& chain, const stillreach::LawSettings& law, const Options& o = {})
       : n(chain.n()), m(static_cast<int>(o.rows.size())), placements(12 * (n + 1)), kinds(chain.kinds), rate_lower(n, -o.rate),
         rate_upper(n, o.rate), position_lower(n, -o.position), position_upper(n, o.position), acceleration(n, o.acceleration),
-        null_vector(n, 0.25), fault_value(n), last(n), anchor(n), jacobian(6 * n + 2), selected(m * n), lower(n), upper(n), reference(n),
-        kinematics_scratch(8 * n), health(n), warm(n), lower_reason(n), upper_reason(n), rates(n), residual(m), active(n),
+        null_vector(n, 0.25), fault_value(n), last(n), anchor(n), jacobian(6 * n), selected(m * n), lower(n), upper(n), reference(n),
+        kinematics_scratch(10 * n), health(n), warm(n), lower_reason(n), upper_reason(n), rates(n), residual(m), active(n),
         scratch(n, o.joint_matrix) {
     kernel().align_axes(n, chain.placements.data(), chain.axes.data(), placements.data());
     if (o.joint_matrix) units.assign(n, 1.0), weight = coupling_matrix(n);

@@ -225,7 +225,7 @@ void kinematics(const Chain& chain, int count, bool joint_matrix) {
   if (joint_matrix) b.metric = {nullptr, units.data(), units.data(), weight.data()};
   Aligned doubles(kernel().kinematics_doubles(n, k, joint_matrix));
   kernel().kinematics_rows(b, 0, count, doubles.data);
-  std::vector<double> scratch(2 * n), J(6 * n + 2);
+  std::vector<double> scratch(10 * n), J(6 * n);
   for (int row = 0; row < count; ++row) {
     double frame[12], squares = 0.0, entries = 0.0;
     kernel().kinematics(b.arm, &q[row * n], scratch.data(), frame, J.data());

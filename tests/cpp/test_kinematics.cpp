@@ -9,7 +9,7 @@ struct Kinematics {
   std::vector<std::int8_t> kinds;
   double pose[12];
   explicit Kinematics(const Chain& c)
-      : placements(12 * (c.n() + 1)), scratch(2 * c.n()), jacobian(6 * c.n() + 2, 1234.5), kinds(c.kinds) {
+      : placements(12 * (c.n() + 1)), scratch(10 * c.n()), jacobian(6 * c.n() + 1, 1234.5), kinds(c.kinds) {
     kernel().align_axes(c.n(), c.placements.data(), c.axes.data(), placements.data());
   }
   void at(const std::vector<double>& q, bool with_jacobian = true) {
@@ -112,10 +112,10 @@ void writes_no_further_than_it_says() {
   for (int n = 1; n <= 13; ++n) {
     const Chain chain = snake_chain(n);
     Kinematics k(chain);
-    k.jacobian.assign(6 * n + 10, 1234.5), k.scratch.assign(2 * n + 8, 1234.5);
+    k.jacobian.assign(6 * n + 10, 1234.5), k.scratch.assign(10 * n + 8, 1234.5);
     k.at(Random(n).vector(n, 2.0));
-    for (int i = 6 * n + 2; i < 6 * n + 10; ++i) CHECK(k.jacobian[i] == 1234.5);
-    for (int i = 2 * n; i < 2 * n + 8; ++i) CHECK(k.scratch[i] == 1234.5);
+    for (int i = 6 * n; i < 6 * n + 10; ++i) CHECK(k.jacobian[i] == 1234.5);
+    for (int i = 10 * n; i < 10 * n + 8; ++i) CHECK(k.scratch[i] == 1234.5);
   }
 }
 
