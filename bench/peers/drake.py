@@ -1,6 +1,6 @@
 """Drake's differential inverse kinematics, which keeps the twist's direction.
 
-`DifferentialInverseKinematicsSystem`, the newer one, takes as long and misses more. At OSQP's default tolerance rates
+The function for one tick is timed; `DifferentialInverseKinematicsSystem`, a block for Drake's diagrams, is not. At OSQP's default tolerance rates
 pass the limit by parts of a thousandth; here it is tightened.
 """
 

@@ -63,7 +63,7 @@ using int32_t = int;
 #endif
 
 // Before a loop over so few rows that it is written out where their number is known.
-#if defined(__GNUC__) && !defined(__clang__)
+#if defined(__GNUC__) && !defined(__clang__) && !defined(__CUDACC__)
 #define STILLREACH_UNROLL _Pragma("GCC unroll 8")
 #else
 #define STILLREACH_UNROLL

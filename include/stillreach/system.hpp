@@ -215,14 +215,14 @@ inline bool bound_codes(int n, const double* rates, const double* lower, const d
     for (int i = 0; i < n; ++i) codes[i] = bound_code(rates[i], lower[i], upper[i]), saturated |= (codes[i] & 1) != 0;
     return saturated;
   }
-  const auto bytes = [](int bits) { return (static_cast<std::uint32_t>(bits) * 0x204081u) & 0x1010101u; };  // bit l to byte l
+  const auto bytes = [](int bits) { return (static_cast<unsigned>(bits) * 0x204081u) & 0x1010101u; };  // bit l to byte l
   for (int next = 0; next < n; next += 4) {  // the last four may overlap those before
     const int i = next + 4 <= n ? next : n - 4;
     const Pack rate = load(rates + i), low = load(lower + i), high = load(upper + i), small = broadcast(1e-9);
     const Mask works = low < high;
     const int top = bits_of(works & (rate >= high - small * magnitude(high)));
     const int bottom = bits_of(works & (rate <= low + small * magnitude(low)));
-    const std::uint32_t code = bytes(top & ~bottom) | bytes(bottom & ~top) * 255 | bytes(~bits_of(works) & 15) * 2;
+    const unsigned code = bytes(top & ~bottom) | bytes(bottom & ~top) * 255 | bytes(~bits_of(works) & 15) * 2;
     for (int l = 0; l < 4; ++l) codes[i + l] = static_cast<std::int8_t>(code >> 8 * l);
     saturated |= top != bottom;
   }
