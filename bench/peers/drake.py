@@ -1,7 +1,7 @@
 """Drake's differential inverse kinematics, which keeps the twist's direction.
 
-The function for one tick is timed; `DifferentialInverseKinematicsSystem`, a block for Drake's diagrams, is not. At OSQP's default tolerance rates
-pass the limit by parts of a thousandth; here it is tightened.
+The function for one tick is timed; `DifferentialInverseKinematicsSystem`, a block for Drake's diagrams, is not. At
+OSQP's default tolerance rates pass the limit by parts of a thousandth; here it is tightened.
 """
 
 import numpy as np

@@ -1,8 +1,9 @@
 """Pink with quadprog.
 
 What makes it fast and fair: a model without the failed joints (Pink reads a velocity limit of zero as no limit; an
-equality constraint would make the program larger, a model without them makes it smaller), a task of one's own that holds the twist itself, no Levenberg-Marquardt
-damping, the configuration's data used in place. `FrameTaskPeer` is the same with Pink's own task.
+equality constraint would make the program larger, a model without them makes it smaller), a task of one's own that
+holds the twist itself, no Levenberg-Marquardt damping, the configuration's data used in place. `FrameTaskPeer` is the
+same with Pink's own task.
 """
 
 import numpy as np
