@@ -31,10 +31,11 @@ struct Scratch {
   std::vector<int> ints;
   std::vector<std::int8_t> bytes;
   void fit(int n, bool full_joint_weight) {
-    const std::size_t wanted = kernel().workspace_doubles(n, full_joint_weight);
-    if (doubles.size() < wanted) doubles.resize(wanted);
-    if (ints.size() < 3u * n) ints.resize(3u * n);
-    if (bytes.size() < 3u * n) bytes.resize(3u * n);
+    const auto grow = [](auto& memory, std::size_t wanted) {
+      if (memory.size() < wanted) memory.resize(wanted);
+    };
+    grow(doubles, kernel().workspace_doubles(n, full_joint_weight));
+    grow(ints, kernel().workspace_ints(n)), grow(bytes, kernel().workspace_bytes(n));
   }
   stillreach::Memory memory() { return {doubles.data(), ints.data(), bytes.data()}; }
 };

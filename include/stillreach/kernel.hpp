@@ -19,6 +19,8 @@ struct Memory {  // as make_workspace() wants it
 struct Kernel {
   const char* instruction_set;
   std::size_t (*workspace_doubles)(int n, bool full_joint_weight);
+  std::size_t (*workspace_ints)(int n);
+  std::size_t (*workspace_bytes)(int n);
   void (*align_axes)(int n, const double* placements, const double* axes, double* out);
   void (*kinematics)(const ArmView& arm, const double* q, double* scratch, double* pose, double* jacobian);
   void (*solve)(const LawSettings& law, const Problem& p, const Memory& memory, Answer& out);
@@ -48,6 +50,8 @@ inline Kernel make_kernel() {
   Kernel k;
   k.instruction_set = STILLREACH_STRINGIFY(STILLREACH_ISA);
   k.workspace_doubles = [](int n, bool full) { return workspace_doubles(n, full); };
+  k.workspace_ints = [](int n) { return workspace_ints(n); };
+  k.workspace_bytes = [](int n) { return workspace_bytes(n); };
   k.align_axes = [](int n, const double* placements, const double* axes, double* out) { align_axes(n, placements, axes, out); };
   k.kinematics = [](const ArmView& arm, const double* q, double* scratch, double* pose, double* jacobian) {
     arm_kinematics(arm, q, scratch, pose, jacobian);
