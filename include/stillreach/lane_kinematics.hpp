@@ -41,14 +41,19 @@ inline void kinematics(const ArmView& arm, const Wide* q, Wide* scratch, Wide* p
   LaneVector x = {one, zero, zero}, y = {zero, one, zero}, z = {zero, zero, one}, p = {zero, zero, zero};
   for (int i = 0; i <= arm.n; ++i) {
     const double* f = arm.placements + 12 * i;
-    LaneVector fx = {wide(f[0]), wide(f[1]), wide(f[2])}, fy = {wide(f[3]), wide(f[4]), wide(f[5])};
+    LaneVector nx, ny;  // one after the other, and component by component: so many numbers stay in registers
     if (i < arm.n && arm.kinds[i] == REVOLUTE) {
       const Wide c = cosine[i], s = sine[i];
-      const LaneVector turned = {madd(c, fx.x, s * fy.x), madd(c, fx.y, s * fy.y), madd(c, fx.z, s * fy.z)};
-      fy = {madd(c, fy.x, -(s * fx.x)), madd(c, fy.y, -(s * fx.y)), madd(c, fy.z, -(s * fx.z))}, fx = turned;
+      nx = scaled(z, madd(c, wide(f[2]), s * wide(f[5])));
+      nx = scale_add(y, madd(c, wide(f[1]), s * wide(f[4])), nx);
+      nx = scale_add(x, madd(c, wide(f[0]), s * wide(f[3])), nx);
+      ny = scaled(z, madd(c, wide(f[5]), -(s * wide(f[2]))));
+      ny = scale_add(y, madd(c, wide(f[4]), -(s * wide(f[1]))), ny);
+      ny = scale_add(x, madd(c, wide(f[3]), -(s * wide(f[0]))), ny);
+    } else {
+      nx = scale_add(x, wide(f[0]), scale_add(y, wide(f[1]), scaled(z, wide(f[2]))));
+      ny = scale_add(x, wide(f[3]), scale_add(y, wide(f[4]), scaled(z, wide(f[5]))));
     }
-    const LaneVector nx = scale_add(x, fx.x, scale_add(y, fx.y, scaled(z, fx.z)));
-    const LaneVector ny = scale_add(x, fy.x, scale_add(y, fy.y, scaled(z, fy.z)));
     p = scale_add(x, wide(f[9]), scale_add(y, wide(f[10]), scale_add(z, wide(f[11]), p)));
     z = scale_add(x, wide(f[6]), scale_add(y, wide(f[7]), scaled(z, wide(f[8]))));
     x = nx, y = ny;
