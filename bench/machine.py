@@ -35,8 +35,8 @@ def built(*targets: str) -> Path:
 class Peak:
     """The best of several runs of peak.cpp, spread over the time of a measurement, on the core of this process.
 
-    clock [GHz]; peak [GFLOP/s] of multiply-adds in the registers that the kernels use; peak_of_eight in registers of
-    twice that length, 0 where there are none.
+    clock [GHz]; peak [GFLOP/s] of multiply-adds in registers of four numbers; peak_of_eight: of eight, 0 where there
+    are none.
     """
 
     clock: float = 0.0

@@ -34,7 +34,7 @@ def gram(k: int, m: int = 6) -> int:
 
 
 def factor(m: int = 6) -> int:
-    """lane_solve.hpp, factor: L D Lᵀ, L⁻¹, trace(G), trace(G⁻¹) and their product."""
+    """factor.hpp, factor: L D Lᵀ, L⁻¹, trace(G), trace(G⁻¹) and their product."""
     pairs, triples = m * (m - 1) // 2, m * (m - 1) * (m - 2) // 6
     eliminate = 2 * (triples + pairs) + pairs + m
     invert = 2 * triples + 3 * pairs
@@ -42,7 +42,7 @@ def factor(m: int = 6) -> int:
 
 
 def solve(k: int, m: int = 6) -> int:
-    """lane_solve.hpp, solve: L⁻ᵀ D⁻¹ L⁻¹ b, and Jᵀ times that."""
+    """factor.hpp, solve: L⁻ᵀ D⁻¹ L⁻¹ b, and Jᵀ times that."""
     return 2 * m * (m - 1) + m + 2 * k * m
 
 

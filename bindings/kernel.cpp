@@ -3,9 +3,9 @@
 
 #include "kernels.hpp"
 
-#if defined(__AVX512F__)
+#if defined(STILLREACH_WIDE)
 const stillreach::Kernel& stillreach_kernel_avx512() {
-#elif defined(__AVX2__)
+#elif defined(__AVX2__) && defined(__FMA__)
 const stillreach::Kernel& stillreach_kernel_avx2() {
 #else
 const stillreach::Kernel& stillreach_kernel_baseline() {

@@ -61,7 +61,7 @@ struct BatchMemory {
   std::int8_t* bytes;       // 4 n
 };
 
-STILLREACH_INLINE std::size_t batch_packs(int n) { return (5 + 12 + 2 * 6 + 15) * static_cast<std::size_t>(n) + 48; }
+STILLREACH_INLINE std::size_t batch_packs(int n) { return (4 + 12 + 2 * 6 + 15) * static_cast<std::size_t>(n) + 36; }
 STILLREACH_INLINE std::size_t batch_doubles(int n, bool full) {
   return kLanes * batch_packs(n) + 32 * static_cast<std::size_t>(n) + 64 + workspace_doubles(n, full);
 }

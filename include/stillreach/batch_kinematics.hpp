@@ -54,7 +54,7 @@ inline void singular_values(const KinematicsBatch& b, double* columns, double* s
   for (int j = 0; j < most; ++j) sigma[j] = is_finite(total) ? s.sigma[j] * unit : __builtin_nan(""), product *= sigma[j];
 }
 
-// The columns of lane l of four Jacobians as the task sees them.
+// The columns of lane l's Jacobian as the task sees them.
 inline void task_columns(const KinematicsBatch& b, const Wide* pose, const Wide* jacobian, int l, double* columns) {
   double frame[12], base[6], task[kRows];
   for (int r = 0; r < 12; ++r) frame[r] = pose[r][l];

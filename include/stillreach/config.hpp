@@ -1,5 +1,5 @@
 // Instruction sets: every function of the core lives in an inline namespace named after the set it is compiled for,
-// so that two builds of one header in one program never share a symbol. CUDA counts as one, for its host side, too.
+// so that several builds of one header in one program never share a symbol. CUDA counts as one, for its host side, too.
 #pragma once
 
 #if defined(__CUDACC_RTC__)  // run-time compilation has no headers of a host
@@ -49,17 +49,14 @@ using int32_t = int;
 #define STILLREACH_KEYWORD __inline__                     // cuda.hpp gives the plain word a longer meaning
 #define STILLREACH_INLINE __inline__ __host__ __device__  // never forced: that makes code of many megabytes
 #define STILLREACH_NOINLINE
-#define STILLREACH_RESTRICT __restrict__
 #elif defined(__GNUC__)
 #define STILLREACH_KEYWORD inline
 #define STILLREACH_INLINE inline __attribute__((always_inline))
 #define STILLREACH_NOINLINE __attribute__((noinline))
-#define STILLREACH_RESTRICT __restrict__
 #else
 #define STILLREACH_KEYWORD inline
 #define STILLREACH_INLINE inline
 #define STILLREACH_NOINLINE
-#define STILLREACH_RESTRICT
 #endif
 
 // Before a loop over so few rows that it is written out where their number is known.

@@ -46,7 +46,7 @@ struct ControllerState {
   double transition;       // 1 just after a fault, falls to 0
 
   // this tick
-  double* jacobian;        // 6 n + 2, all rows, base axes
+  double* jacobian;        // 6 n, all rows, base axes
   double* task_jacobian;   // m n: the selected rows (the same memory as `jacobian` when every_row)
   double* lower;           // n
   double* upper;           // n

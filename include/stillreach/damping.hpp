@@ -1,6 +1,6 @@
-// Damping factors for the singularity-robust law, from singular values. Joint rates relative to their limits are u_i(kappa) = limit_i (offset_i +
-// sum_j shape_ij beta_j / (sigma_j^2 + kappa)), with limit_i the reciprocal of the joint's bound (0: none): everything here
-// is a function of the shapes (k x rank, row-major, 6 apart), beta, sigma^2, limits and offsets.
+// Damping factors for the singularity-robust law, from singular values. Joint rates relative to their limits are
+// u_i(kappa) = limit_i (offset_i + sum_j shape_ij beta_j / (sigma_j^2 + kappa)), with limit_i the reciprocal of the joint's
+// bound (0: none): everything here is a function of the shapes (k x rank, row-major, 6 apart), beta, sigma^2, limits, offsets.
 #pragma once
 
 #include "exact_damping.hpp"
@@ -65,7 +65,7 @@ inline double step_inf(DampingSearch& d, double kappa) {
     for (int j = 0; j < d.rank; ++j) a[j] = sign * term[j];
     if (kept < i) STILLREACH_LIBRARY(memcpy)(d.terms + 7 * kept, term, 7 * sizeof(double));
     ++kept;
-    if (!(sign * u > limit * (1.0 + 1e-13)) || !(limit > 0.0)) continue;
+    if (!(sign * u > limit * (1.0 + kLimitSlack)) || !(limit > 0.0)) continue;
     const double s = safe_step(d.rank, a, inverse, limit);
     if (s > step) step = s;
   }
@@ -86,7 +86,7 @@ inline double step_2(const DampingSearch& d, double kappa) {
     for (int j = 0; j < d.rank; ++j) a[j] = madd(u, row[j] * d.beta[j] * d.limit[i], a[j]);
   }
   const double norm = square_root(square);
-  if (!(norm > 1.0 + 1e-13)) return 0.0;
+  if (!(norm > 1.0 + kLimitSlack)) return 0.0;
   for (int j = 0; j < d.rank; ++j) a[j] /= norm;
   const double limit = 1.0 - offset / norm;
   return limit > 0.0 ? safe_step(d.rank, a, inverse, limit) : 0.0;

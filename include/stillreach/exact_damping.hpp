@@ -14,11 +14,12 @@ constexpr double kLimitSlack = 1e-13;
 // x' x, w' w and w' x with powers 1, 2, 3 of that inverse between them. With p, n = (a w +- x / a)' (..)^-1 (a w +- x / a) / 4
 // and a^4 = b1 / c1, u = p - n: both fall with kappa, with derivatives of alternating signs and concave reciprocals. Two
 // bounds from below, the larger step counts: p through its reciprocal beside today's n (as Newton's method on 1 / norm does),
-// and a Taylor expansion of u with n's second derivative; near the crossing the latter is Newton's step.
+// and a Taylor expansion of u with n's second derivative (there a^4 = b3 / c3, which makes it least); near the crossing that is
+// Newton's step.
 template <class T>
 STILLREACH_INLINE T certain_step(T u, const T* b, const T* c, const T* f) {
   const T excess = u - 1.0, root = square_root(b[0] * c[0]);
-  const T n = 0.5 * magnitude(root - u), n3 = 0.5 * magnitude(square_root(b[2] * c[2]) - f[2]);
+  const T n = 0.5 * magnitude(root - u), n3 = 0.5 * magnitude(square_root(b[2]) * square_root(c[2]) - f[2]);
   const T harmonic = 4.0 * (n + u) * excess * root / ((n + 1.0) * (b[0] * c[1] + c[0] * b[1] + 2.0 * f[1] * root));
   const T taylor = 2.0 * excess / (f[1] + square_root(madd(f[1], f[1], 4.0 * n3 * excess)));
   return larger(taylor, harmonic);

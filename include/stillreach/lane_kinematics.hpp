@@ -17,7 +17,6 @@ STILLREACH_INLINE LaneVector scale_add(const LaneVector& a, Wide s, const LaneVe
   return {madd(a.x, s, b.x), madd(a.y, s, b.y), madd(a.z, s, b.z)};
 }
 STILLREACH_INLINE LaneVector scaled(const LaneVector& a, Wide s) { return {a.x * s, a.y * s, a.z * s}; }
-STILLREACH_INLINE LaneVector operator-(const LaneVector& a) { return {-a.x, -a.y, -a.z}; }
 
 // sine, cosine: n.
 inline void sincos(const Wide* q, int n, Wide* sine, Wide* cosine) {

@@ -31,8 +31,6 @@ STILLREACH_INLINE Lanes every_lane() { return ~no_lane(); }
 STILLREACH_INLINE Flags no_flag() { return flag(no_lane(), 0); }
 STILLREACH_INLINE Wide clamp(Wide a, Wide lower, Wide upper) { return larger(smaller(a, upper), lower); }
 
-constexpr int kEveryLane = (1 << kLanes) - 1;
-
 // to[i] = the i-th numbers of the lanes' vectors of `count`. Four numbers each at a time; the last four may overlap those before.
 inline void load_lanes(const double* const* from, int count, Wide* to) {
   if (count < 4) {

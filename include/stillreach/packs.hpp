@@ -72,7 +72,7 @@ STILLREACH_INLINE void store_pair(double* p, Pack v) {
 }
 STILLREACH_INLINE Pack load_pair(const double* p) {
 #if defined(__AVX2__) && !defined(STILLREACH_PORTABLE_PACK)
-  return (Pack)_mm256_zextpd128_pd256(_mm_loadu_pd(p));
+  return (Pack)_mm256_insertf128_pd(_mm256_setzero_pd(), _mm_loadu_pd(p), 0);
 #else
   return Pack{p[0], p[1], 0.0, 0.0};
 #endif

@@ -1,5 +1,5 @@
-// Rotations that make pairs of columns orthogonal (one-sided Jacobi), four pairs at once: those of one matrix, or the same
-// pair of four.
+// Rotations that make pairs of columns orthogonal (one-sided Jacobi), several pairs at once: those of one matrix in a pack, or
+// the same pair of each lane's.
 #pragma once
 
 #include "packs.hpp"

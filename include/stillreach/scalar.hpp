@@ -7,11 +7,15 @@
 #if defined(STILLREACH_PORTABLE_PACK)
 #include "portable_pack.hpp"
 #elif defined(__AVX2__) && defined(__FMA__)
+#if !defined(__clang__)
 #pragma GCC diagnostic push  // GCC's own undefined registers of 512 bits
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #pragma GCC diagnostic ignored "-Wuninitialized"
+#endif
 #include <immintrin.h>
+#if !defined(__clang__)
 #pragma GCC diagnostic pop
+#endif
 #endif
 
 STILLREACH_BEGIN

@@ -132,9 +132,12 @@ def _first_paragraph(text: str) -> str:
 def _deviations(found: Summary) -> list[tuple[str, str]]:
     from stillreach.show.words import shown_angle, shown_length, tidy
 
-    far = [f"{shown_length(found.distance.value)} at {found.distance.time:g} s"] if found.linear else []
-    far += [f"{shown_angle(found.angle.value)} at {found.angle.time:g} s"] if found.angular else []
-    error = f"{tidy(found.task_error.value)} (weighted twist) at {found.task_error.time:g} s"
+    def when(shown: str, time: float) -> str:  # rounding is at its largest at no time in particular
+        return shown if shown.split()[0].rstrip("°") == "0" else f"{shown} at {time:g} s"
+
+    far = [when(shown_length(found.distance.value), found.distance.time)] if found.linear else []
+    far += [when(shown_angle(found.angle.value), found.angle.time)] if found.angular else []
+    error = when(f"{tidy(found.task_error.value)} (weighted twist)", found.task_error.time)
     beside = [("off its path", f"at most {shown_length(found.beside)}")] if found.linear else []
     return [("farthest off", "; ".join(far)), *beside, ("task error", error)]
 
