@@ -9,23 +9,28 @@ LANES = 4
 """Numbers in a register: the vector instructions of four rows are as many as the operations of one."""
 
 
+TURN, COLUMN = 2 * 3 * (1 + 2), 3 + 3 * (1 + 2)
+"""Two axes of a frame turned in their plane; a column of the Jacobian, from a joint's place and axis."""
+
+
 def sines(n: int) -> int:
     """sincos.hpp: reduction by pi/2 (1 + 3 multiply-adds, 1 subtraction), two polynomials of z = r²."""
     reduction = 2 + 1 + 3 * 2
-    sine, cosine = 7 * 2 + 1 + 2, 6 * 2 + 1 + 2 + 2
+    sine, cosine = 5 * 2 + 1 + 2, 5 * 2 + 1 + 2 + 2
     return n * (reduction + 1 + sine + cosine)
 
 
 def kinematics(n: int) -> int:
-    """lane_kinematics.hpp, revolute joints: n + 1 placements, n turns about z, n lever arms and cross products."""
-    axis, place = 3 + 6 * 2, 9 * 2
-    turn, column = 2 * (3 + 3 * 2), 3 + 3 * (1 + 2)
-    return sines(n) + (n + 1) * (3 * axis + place) + n * (turn + column)
+    """lane_kinematics.hpp, revolute joints with no constant angle.
+
+    n times a turn about z, a shift, a turn about x, a lever arm and a cross product; and the tool's turn about z.
+    """
+    return sines(n) + n * (TURN + 9 * 2 + TURN + COLUMN) + TURN
 
 
 def kinematics_of_modules(n: int) -> int:
-    """What code for the paper's arm alone would do: its placements exchange axes and shift along one of them."""
-    return kinematics(n) - (n + 1) * (3 * (3 + 6 * 2) + 9 * 2) + (n + 1) * 3 * 2
+    """What code for the paper's arm alone would do: on the way to a joint it exchanges axes and shifts along one."""
+    return sines(n) + n * (TURN + 3 * 2 + COLUMN)
 
 
 def gram(k: int, m: int = 6) -> int:

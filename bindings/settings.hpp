@@ -56,14 +56,16 @@ inline bool no_signal() {
 
 struct Arm {
   int n;
-  std::vector<double> placements;
-  std::vector<std::int8_t> kinds;
+  std::vector<stillreach::Link> links;
+  stillreach::ArmView aligned;
   std::vector<int> leaders;  // empty where every joint moves alone, else as Coupling has it
   std::vector<double> factors, offsets;
   mutable stillreach::Coupling coupling{};
   stillreach::ArmView view() const {
     coupling = {static_cast<int>(leaders.size()), leaders.data(), factors.data(), offsets.data()};
-    return {n, placements.data(), kinds.data(), leaders.empty() ? nullptr : &coupling};
+    stillreach::ArmView arm = aligned;
+    arm.n = n, arm.links = links.data(), arm.coupling = leaders.empty() ? nullptr : &coupling;
+    return arm;
   }
 };
 

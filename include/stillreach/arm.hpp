@@ -1,4 +1,5 @@
-// Any serial chain, brought into the form that the kinematics runs on: every joint axis is its frame's z.
+// Any serial chain, brought into the form that the kinematics runs on: every joint moves about or along its frame's z, and
+// the next z is that one turned about x. A turn about z before or after that is the joint's own, or its neighbour's.
 #pragma once
 
 #include "types.hpp"
@@ -29,20 +30,76 @@ inline void rotation_from_z(const double* axis, double* rotation) {
   for (int i = 0; i < 9; ++i) rotation[i] = r[i];
 }
 
-// placements: n + 1 row-major 4x4 poses (the last one is the tool), axes: n unit vectors in the joint's own frame.
-// out: (n + 1) * 12 numbers for ArmView::placements.
-inline void align_axes(int n, const double* placements, const double* axes, double* out) {
+// Cosine and sine of an angle from two numbers that are as they are to each other; of 0 from two zeros.
+struct Turn {
+  double c, s;
+};
+STILLREACH_INLINE Turn turn_along(double c, double s) {
+  const double size = square_root(madd(c, c, s * s));
+  return size > 0.0 ? Turn{c / size, s / size} : Turn{1.0, 0.0};
+}
+STILLREACH_INLINE Turn operator+(Turn a, Turn b) { return turn_along(a.c * b.c - a.s * b.s, a.s * b.c + a.c * b.s); }
+STILLREACH_INLINE Turn operator-(Turn a) { return {a.c, -a.s}; }
+
+constexpr double kSameAxis = 4e-16;  // sine of an angle between axes that is rounding alone
+
+// A rotation as a turn about z, one about x and one about z again (Euler, 1776). wanted: the first one where axes are parallel
+// and any will do, and otherwise the half-plane of the first one, which is good for two.
+struct ThreeTurns {
+  Turn first, tilt, last;
+};
+inline ThreeTurns three_turns(const double* rotation, Turn wanted) {
+  const double x = rotation[6], y = rotation[7], z = rotation[8], across = square_root(madd(x, x, y * y));
+  ThreeTurns t;
+  if (across <= kSameAxis) {
+    t.first = wanted, t.tilt = {z < 0.0 ? -1.0 : 1.0, 0.0};
+  } else {
+    t.first = turn_along(-y, x);
+    const double side = t.first.c * wanted.c + t.first.s * wanted.s < 0.0 ? -1.0 : 1.0;
+    t.first = {side * t.first.c, side * t.first.s}, t.tilt = turn_along(z, side * across);
+  }
+  const double c = t.first.c, s = t.first.s;
+  t.last = turn_along(madd(c, rotation[0], s * rotation[1]), -madd(c, rotation[3], s * rotation[4]));
+  return t;
+}
+
+// kinds: n. placements: n + 1 row-major 4x4 poses (the last one is the tool), axes: n unit vectors in the joint's own frame.
+// links: n, which the arm goes on using.
+inline ArmView align_axes(int n, const std::int8_t* kinds, const double* placements, const double* axes, Link* links) {
+  ArmView arm{n, links, {}, {}, nullptr};
   double undo[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};  // inverse of the turn given to the previous joint's frame
+  Turn before{1.0, 0.0};                                   // what the way to joint i leaves it to turn about its z
   for (int i = 0; i <= n; ++i) {
     const double* T = placements + 16 * i;
     const double frame[12] = {T[0], T[4], T[8], T[1], T[5], T[9], T[2], T[6], T[10], T[3], T[7], T[11]};
-    double turn[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, half[12];
+    double turn[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, half[12], way[12];
     if (i < n) rotation_from_z(axes + 3 * i, turn);
     compose(undo, frame, half);
-    compose(half, turn, out + 12 * i);
+    compose(half, turn, way);
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 3; ++c) undo[3 * c + r] = turn[3 * r + c];
+    if (i == 0) {
+      for (int j = 0; j < 4; ++j)
+        for (int r = 0; r < 3; ++r) arm.base[4 * j + r] = way[3 * j + r];
+      continue;
+    }
+    Link& link = links[i - 1];
+    const ThreeTurns t = three_turns(way, -before);
+    const double c = t.first.c, s = t.first.s;
+    const Turn own = before + t.first;
+    if (i == 1) {  // the base turns instead
+      for (int r = 0; r < 3; ++r) {
+        const double x = arm.base[r], y = arm.base[4 + r];
+        arm.base[r] = madd(c, x, s * y), arm.base[4 + r] = madd(c, y, -(s * x));
+      }
+    }
+    link = {{1.0, 0.0}, {madd(c, way[9], s * way[10]), madd(c, way[10], -(s * way[9])), way[11]}, {t.tilt.c, t.tilt.s}, kinds[i - 1], 0};
+    if (i > 1) link.turn[0] = own.c, link.turn[1] = own.s;
+    link.plain = link.kind == REVOLUTE && link.turn[1] == 0.0 && link.turn[0] == 1.0;
+    before = t.last;
   }
+  arm.end[0] = before.c, arm.end[1] = before.s;
+  return arm;
 }
 
 STILLREACH_END

@@ -14,7 +14,7 @@ namespace stillreach {
 
 // What a batch call is about. Null pointers mean: not given, not asked for. A stride of 0 shares one row with all.
 struct Batch {
-  ArmView arm;              // placements null where Jacobians are given
+  ArmView arm;              // n alone where Jacobians are given
   int m;
   int rows[6];              // of [v; w] that the task looks at
   int every_row, tool_axes; // rows are all six along base axes; along the tool's axes
@@ -269,8 +269,8 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
       low[l] = to, high[l] = to + n, limited[l] = limited_bounds(b, row[l], to, w.bytes);
       for (int i = 0; i < n; ++i) doubt[l] += b.last[row[l] * n + i] - b.last[row[l] * n + i];
     }
-  } else {
-    for (int l = 0; l < kLanes; ++l) low[l] = b.lower + row[l] * b.bounds_stride, high[l] = b.upper + row[l] * b.bounds_stride;
+  } else if (b.bounds_stride != 0) {
+    for (int l = 0; l < kLanes; ++l) low[l] = b.lower + row[l] * n, high[l] = b.upper + row[l] * n;
   }
   Lanes good = doubt == wide(0.0);
   if (b.acceleration || b.bounds_stride != 0) {

@@ -7,9 +7,6 @@
 
 STILLREACH_BEGIN
 
-STILLREACH_INLINE void lift(double value, double& to) { to = value; }
-STILLREACH_INLINE void lift(double value, Wide& to) { to = wide(value); }
-
 STILLREACH_INLINE void sine_cosine(double angle, double& sine, double& cosine) { sincos(&angle, 1, &sine, &cosine); }
 STILLREACH_INLINE void sine_cosine(const Wide& angles, Wide& sine, Wide& cosine) {
   double at[kLanes], sines[kLanes], cosines[kLanes];
@@ -32,49 +29,36 @@ STILLREACH_INLINE void cross_add(const T* a, const T* b, T* sum) {
 template <class T, class Visit>
 inline void walk_coupled(const ArmView& arm, const T* q, T* frame, Visit visit) {
   const Coupling& c = *arm.coupling;
-  for (int r = 0; r < 12; ++r) lift(r == 0 || r == 4 || r == 8 ? 1.0 : 0.0, frame[r]);
-  for (int a = 0; a <= c.moved; ++a) {
-    const double* placement = arm.placements + 12 * a;
-    T next[12];
-    for (int j = 0; j < 4; ++j)
-      for (int r = 0; r < 3; ++r) {
-        if (j == 3)
-          next[9 + r] = frame[9 + r];
-        else
-          lift(0.0, next[3 * j + r]);
-        for (int k = 0; k < 3; ++k) {
-          T entry;
-          lift(placement[3 * j + k], entry);
-          next[3 * j + r] = madd(frame[3 * k + r], entry, next[3 * j + r]);
-        }
-      }
-    for (int r = 0; r < 12; ++r) frame[r] = next[r];
-    if (a == c.moved) return;
-    T factor, position, sine, cosine;
-    lift(c.factor[a], factor);
-    lift(c.offset[a], position);
-    position = madd(factor, q[c.leader[a]], position);
-    if (arm.kinds[a] == REVOLUTE) {
-      sine_cosine(position, sine, cosine);
-      for (int r = 0; r < 3; ++r) {
-        frame[r] = madd(cosine, next[r], sine * next[3 + r]);
-        frame[3 + r] = madd(cosine, next[3 + r], -(sine * next[r]));
-      }
-    } else {
-      for (int r = 0; r < 3; ++r) frame[9 + r] = madd(position, frame[6 + r], frame[9 + r]);
+  for (int r = 0; r < 12; ++r) frame[r] = fill<T>(arm.base[4 * (r / 3) + r % 3]);
+  T *x = frame, *y = frame + 3, *z = frame + 6, *p = frame + 9;
+  for (int a = 0; a < c.moved; ++a) {
+    const Link& link = arm.links[a];
+    const T factor = fill<T>(c.factor[a]), position = madd(factor, q[c.leader[a]], fill<T>(c.offset[a]));
+    T sine = fill<T>(0.0), cosine = fill<T>(1.0);
+    if (link.kind == REVOLUTE) sine_cosine(position, sine, cosine);
+    add_turn(link, sine, cosine);
+    for (int r = 0; r < 3; ++r) {
+      if (link.kind != REVOLUTE) p[r] = madd(position, z[r], p[r]);
+      turn_first(cosine, sine, x[r], y[r]);
     }
-    visit(a, factor, frame + 9, frame + 6);
+    visit(a, factor, p, z);
+    for (int r = 0; r < 3; ++r) {
+      const double* shift = link.shift;
+      p[r] = madd(x[r], fill<T>(shift[0]), madd(y[r], fill<T>(shift[1]), madd(z[r], fill<T>(shift[2]), p[r])));
+      turn_second(fill<T>(link.tilt[0]), fill<T>(link.tilt[1]), y[r], z[r]);
+    }
   }
+  for (int r = 0; r < 3; ++r) turn_first(fill<T>(arm.end[0]), fill<T>(arm.end[1]), x[r], y[r]);
 }
 
 // As kinematics(): v = w x (p_tool - p) of all that follow a joint is (sum of w) x p_tool - sum of w x p.
 template <class T>
 inline STILLREACH_NOINLINE void coupled_kinematics(const ArmView& arm, const T* q, T* pose, T* jacobian) {
   if (!jacobian) return walk_coupled(arm, q, pose, [](int, T, const T*, const T*) {});
-  for (int i = 0; i < 6 * arm.n; ++i) lift(0.0, jacobian[i]);
+  for (int i = 0; i < 6 * arm.n; ++i) jacobian[i] = fill<T>(0.0);
   walk_coupled(arm, q, pose, [&arm, jacobian](int a, T factor, const T* at, const T* axis) {
     T* column = jacobian + 6 * arm.coupling->leader[a];
-    const bool turns = arm.kinds[a] == REVOLUTE;
+    const bool turns = arm.links[a].kind == REVOLUTE;
     T along[3];
     for (int r = 0; r < 3; ++r) along[r] = factor * axis[r];
     if (turns) cross_add(at, along, column);
@@ -100,7 +84,7 @@ inline STILLREACH_NOINLINE void coupled_gradient(const ArmView& arm, const doubl
   for (int i = 0; i < arm.n; ++i) gradient[i] = 0.0;
   walk_coupled(arm, q, frame, [&](int a, double factor, const double* at, const double* axis) {
     const int leader = arm.coupling->leader[a];
-    const bool turns = arm.kinds[a] == REVOLUTE;
+    const bool turns = arm.links[a].kind == REVOLUTE;
     double column[6] = {0, 0, 0, 0, 0, 0}, forces[6] = {0, 0, 0, 0, 0, 0};
     for (int r = 0; r < 3; ++r) column[turns ? 3 + r : r] = axis[r];
     if (turns) {

@@ -11,6 +11,7 @@ STILLREACH_BEGIN
 constexpr double kLeaves = 1e-9;    // part of a column across a plane that is not rounding
 constexpr double kReached = 1e-13;  // relative residual that counts as none,
 constexpr double kNearly = 1e-9;    // and one that may be none, where the search cannot tell
+constexpr double kGolden = 0.381966;  // part of an interval that a search tries next (Kiefer, 1953)
 constexpr int kFractionSteps = 60;
 
 // The residual that counts as none: rounding of the twist, and of the sum of what the joints contribute.
@@ -126,13 +127,25 @@ inline double solve_fraction(Rows<M> m, const double* fixed, const double* twist
 }
 
 // The smallest fraction that b.z can reach, from 0 upwards: bounds may leave no rest, and some fractions all the same. Newton's
-// method on the distance, as from above; near its end, where planes are rounded, small steps that grow. Negative: none.
+// method on the distance, as from above; near its end, where planes are rounded, steps that grow, and once one went past the
+// place, parts of what is around the shortest distance, which is convex. Negative: none.
 template <int M>
 inline double smallest_fraction(Rows<M> m, const double* fixed, const double* twist, double scale, Inner& in, Box& b) {
-  double fraction = 0.0, push = 1e-12;
+  double fraction = 0.0, push = 1e-12, low = 0.0, nearest = 0.0, shortest = infinity(), high = infinity();
   for (int step = 0; step < kFractionSteps && fraction <= 1.0; ++step) {
     const double error = solve_fraction(m, fixed, twist, fraction, true, b, in);
     if (error <= reached(b, scale)) return fraction;
+    const bool shorter = error < shortest;
+    const double farther = shorter ? nearest : fraction;
+    if (shorter) nearest = fraction, shortest = error;
+    if (farther < nearest) low = farther;
+    if (farther > nearest) high = farther;
+    if (high < infinity()) {
+      const double above = high - nearest, below = nearest - low;
+      fraction = above > below ? nearest + kGolden * above : nearest - kGolden * below;
+      if (fraction == nearest || !(low < fraction && fraction < high)) return -1.0;
+      continue;
+    }
     double normal[kStride];
     for (int r = 0; r < kStride; ++r) normal[r] = b.residual[r] / error;
     const double along = dot(m, normal, twist);

@@ -12,6 +12,7 @@ STILLREACH_BEGIN
 constexpr double kSafe = 1e9;       // condition number of a Gram matrix whose planes hold
 constexpr double kShort = 1e-5;     // and one whose direction needs care,
 constexpr double kNothing = 1e-14;  // a fraction that counts as none
+constexpr double kUnsure = 1e-11;   // relative residual from which on the end of the search is in doubt
 constexpr double kGrazing = 0.02;   // as does a plane that the twist meets at a smaller angle
 
 // What rounding may have decided: a plane, or where it is about all or nothing, that.
@@ -58,7 +59,7 @@ inline double largest_fraction(Rows<M> m, const double* fixed, const double* twi
     const double error = size_of(m, b.residual), scale = madd(fraction, twist_size, fixed_size);
     if (error <= reached(b, scale)) return fraction;
     if (!plane_normal(m, twist, twist_size, b, in, error, scale, normal)) {
-      doubt.any |= error > kNearly * scale;
+      doubt.any |= error > kUnsure * scale;
       return fraction;
     }
     if (plane)
@@ -66,7 +67,10 @@ inline double largest_fraction(Rows<M> m, const double* fixed, const double* twi
     const double next = plane_fraction(m, fixed, twist, b, normal, true);
     const bool nearly = error <= kNearly * scale;  // then the plane may be noise
     if (fraction == 0.0 || next < -kNearly) return nearly ? fraction : -1.0;
-    if (!(next < fraction)) return fraction;
+    if (!(next < fraction)) {
+      doubt.any |= error > kUnsure * scale;
+      return fraction;
+    }
     fraction = next > kNothing ? next : 0.0;
   }
   capped = true;

@@ -21,7 +21,7 @@ struct Kernel {
   std::size_t (*workspace_doubles)(int n, bool full_joint_weight);
   std::size_t (*workspace_ints)(int n);
   std::size_t (*workspace_bytes)(int n);
-  void (*align_axes)(int n, const double* placements, const double* axes, double* out);
+  ArmView (*align_axes)(int n, const std::int8_t* kinds, const double* placements, const double* axes, Link* links);
   void (*kinematics)(const ArmView& arm, const double* q, double* scratch, double* pose, double* jacobian);
   void (*solve)(const LawSettings& law, const Problem& p, const Memory& memory, Answer& out);
   void (*set_health)(ControllerState& c, int joint, int health, double value);
@@ -52,7 +52,9 @@ inline Kernel make_kernel() {
   k.workspace_doubles = [](int n, bool full) { return workspace_doubles(n, full); };
   k.workspace_ints = [](int n) { return workspace_ints(n); };
   k.workspace_bytes = [](int n) { return workspace_bytes(n); };
-  k.align_axes = [](int n, const double* placements, const double* axes, double* out) { align_axes(n, placements, axes, out); };
+  k.align_axes = [](int n, const std::int8_t* kinds, const double* placements, const double* axes, Link* links) {
+    return align_axes(n, kinds, placements, axes, links);
+  };
   k.kinematics = [](const ArmView& arm, const double* q, double* scratch, double* pose, double* jacobian) {
     arm_kinematics(arm, q, scratch, pose, jacobian);
   };

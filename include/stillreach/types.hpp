@@ -36,12 +36,24 @@ struct Coupling {
   const double* offset;  // moved
 };
 
-// A serial chain whose joint axes are all z (see arm.hpp, which brings any chain into this form).
+// A joint of a chain and the way to the next one (from the last one to the tool). Frames lie as Denavit and Hartenberg (1955)
+// lay them: the joint moves about or along z, and from one z to the next leads a turn about x; but the translation may be any,
+// so that axes that are nearly parallel need no far-away common normal.
+struct Link {
+  double turn[2];     // cosine and sine of what is added to the joint's angle
+  double shift[3];    // then, along the axes of the frame that has moved: translation,
+  double tilt[2];     // and cosine and sine of the turn about x
+  std::int32_t kind;  // JointKind
+  std::int32_t plain; // 1: revolute, and nothing is added to its angle
+};
+
+// A serial chain, as align_axes() of arm.hpp makes it of poses and axes.
 struct ArmView {
-  int n;                     // joints of the arm
-  const double* placements;  // n + 1 blocks of 12: rotation by columns, then translation; the last one is the tool
-  const std::int8_t* kinds;  // n
-  const Coupling* coupling = nullptr;  // or null: each joint moves alone. Otherwise placements and kinds are those of the chain
+  int n;                // joints of the arm
+  const Link* links;    // n
+  double base[16];      // the first frame before its joint moves: axes x, y, z and origin, four numbers each, the last one 0
+  double end[2];        // cosine and sine of the tool's turn about z behind the last link
+  const Coupling* coupling = nullptr;  // or null: each joint moves alone. Otherwise the links are those of the chain
 };
 
 enum LawKind : int { PSEUDOINVERSE = 0, SINGULARITY_ROBUST = 1, LEAST_ERROR = 2, KEEP_DIRECTION = 3 };

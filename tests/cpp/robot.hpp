@@ -71,8 +71,7 @@ inline std::vector<double> coupling_matrix(int n) {
 
 struct Robot {
   int n, m;
-  std::vector<double> placements;
-  std::vector<std::int8_t> kinds;
+  std::vector<stillreach::Link> links;
   std::vector<double> rate_lower, rate_upper, position_lower, position_upper, acceleration, null_vector, fault_value, last, anchor;
   std::vector<double> jacobian, selected, lower, upper, reference, kinematics_scratch, units, weight;
   std::vector<std::int8_t> health, warm, lower_reason, upper_reason;
@@ -83,12 +82,12 @@ struct Robot {
   stillreach::Answer answer{};
 
   Robot(const Chain& chain, const stillreach::LawSettings& law, const Options& o = {})
-      : n(chain.n()), m(static_cast<int>(o.rows.size())), placements(12 * (n + 1)), kinds(chain.kinds), rate_lower(n, -o.rate),
+      : n(chain.n()), m(static_cast<int>(o.rows.size())), links(n), rate_lower(n, -o.rate),
         rate_upper(n, o.rate), position_lower(n, -o.position), position_upper(n, o.position), acceleration(n, o.acceleration),
         null_vector(n, 0.25), fault_value(n), last(n), anchor(n), jacobian(6 * n), selected(m * n), lower(n), upper(n), reference(n),
         kinematics_scratch(10 * n), health(n), warm(n), lower_reason(n), upper_reason(n), rates(n), residual(m), active(n),
         scratch(n, o.joint_matrix) {
-    kernel().align_axes(n, chain.placements.data(), chain.axes.data(), placements.data());
+    state.arm = kernel().align_axes(n, chain.kinds.data(), chain.placements.data(), chain.axes.data(), links.data());
     if (o.joint_matrix) units.assign(n, 1.0), weight = coupling_matrix(n);
     tell(law, o);
     point();
@@ -108,7 +107,6 @@ struct Robot {
 
   void point() {
     stillreach::ControllerState& s = state;
-    s.arm = {n, placements.data(), kinds.data()};
     if (!weight.empty()) s.metric = {nullptr, units.data(), units.data(), weight.data()};
     s.rate_lower = rate_lower.data(), s.rate_upper = rate_upper.data();
     s.position_lower = position_lower.data(), s.position_upper = position_upper.data(), s.acceleration = acceleration.data();

@@ -40,16 +40,19 @@ struct Setting {
 // Rows with places, twists and faults of every kind, and arrays for all answers.
 struct Rows {
   int n, m, count;
-  std::vector<double> placements, q, jacobians, twist, lower, upper, reference, last, position_lower, position_upper, acceleration;
+  std::vector<stillreach::Link> links;
+  std::vector<double> q, jacobians, twist, lower, upper, reference, last, position_lower, position_upper, acceleration;
   std::vector<double> units, weight, task_weight;
-  std::vector<std::int8_t> kinds, active;
+  std::vector<std::int8_t> active;
   std::vector<double> rates, residual, damping, scale, task_error, pose, jacobian;
   std::vector<std::int32_t> status, iterations;
   Batch b{};
 
   Rows(const Chain& chain, const stillreach::LawSettings& law, const Setting& s, int rows, std::uint64_t seed)
-      : n(chain.n()), m(static_cast<int>(s.rows.size())), count(rows), placements(12 * (n + 1)), kinds(chain.kinds) {
-    kernel().align_axes(n, chain.placements.data(), chain.axes.data(), placements.data());
+      : n(chain.n()), m(static_cast<int>(s.rows.size())), count(rows), links(n) {
+    b.arm.n = n;
+    if (!s.jacobians)
+      b.arm = kernel().align_axes(n, chain.kinds.data(), chain.placements.data(), chain.axes.data(), links.data());
     Random random(seed);
     q = random.vector(count * n, 3.0), twist = random.vector(count * (s.jacobians ? m : 6), 0.5);
     const int bounds = s.per_row ? count : 1;
@@ -71,7 +74,6 @@ struct Rows {
   Rows& operator=(const Rows&) = delete;
 
   void tell(const stillreach::LawSettings& law, const Setting& s, Random& random) {
-    b.arm = {n, s.jacobians ? nullptr : placements.data(), s.jacobians ? nullptr : kinds.data()};
     b.law = law, b.m = m, b.tool_axes = s.tool_axes, b.every_row = m == 6 && !s.tool_axes;
     for (int r = 0; r < m; ++r) b.rows[r] = s.rows[r];
     if (s.units || s.joint_matrix) units.assign(n, 0.7), b.metric.units = b.metric.columns = units.data();
@@ -213,13 +215,13 @@ void nothing_but_rates_and_status_is_enough() {
 // Poses, Jacobians and singular values of `count` rows; as the single function has them, and det(J J') by elimination.
 void kinematics(const Chain& chain, int count, bool joint_matrix) {
   const int n = chain.n(), k = n > 2 ? n - 1 : n, most = k < 6 ? k : 6;
-  std::vector<double> placements(12 * (n + 1)), pose(16 * count), jacobian(6 * n * count), sigma(most * count), product(count);
-  kernel().align_axes(n, chain.placements.data(), chain.axes.data(), placements.data());
+  std::vector<stillreach::Link> links(n);
+  std::vector<double> pose(16 * count), jacobian(6 * n * count), sigma(most * count), product(count);
   const std::vector<double> q = Random(n + count).vector(n * count, 2.0), weight = coupling_matrix(n), units(n, 1.0);
   std::vector<int> joints(k);
   for (int j = 0; j < k; ++j) joints[j] = n - 1 - j;
   stillreach::KinematicsBatch b{};
-  b.arm = {n, placements.data(), chain.kinds.data()}, b.q = q.data(), b.pose = pose.data(), b.jacobian = jacobian.data();
+  b.arm = kernel().align_axes(n, chain.kinds.data(), chain.placements.data(), chain.axes.data(), links.data()), b.q = q.data(), b.pose = pose.data(), b.jacobian = jacobian.data();
   b.singular_values = sigma.data(), b.manipulability = product.data(), b.m = 6, b.joints = joints.data(), b.count = k;
   for (int r = 0; r < 6; ++r) b.rows[r] = r;
   if (joint_matrix) b.metric = {nullptr, units.data(), units.data(), weight.data()};

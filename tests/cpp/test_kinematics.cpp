@@ -1,19 +1,23 @@
 // Pose and Jacobian of a chain: arms solved by hand, derivatives by finite differences, no number written too far.
+#include <array>
+#include <cmath>
+
 #include "check.hpp"
 #include "robot.hpp"
 
 namespace {
 
 struct Kinematics {
-  std::vector<double> placements, scratch, jacobian;
-  std::vector<std::int8_t> kinds;
+  std::vector<stillreach::Link> links;
+  std::vector<double> scratch, jacobian;
+  stillreach::ArmView arm;
   double pose[12];
-  explicit Kinematics(const Chain& c)
-      : placements(12 * (c.n() + 1)), scratch(10 * c.n()), jacobian(6 * c.n() + 1, 1234.5), kinds(c.kinds) {
-    kernel().align_axes(c.n(), c.placements.data(), c.axes.data(), placements.data());
+  explicit Kinematics(const Chain& c) : links(c.n()), scratch(10 * c.n()), jacobian(6 * c.n() + 1, 1234.5) {
+    arm = kernel().align_axes(c.n(), c.kinds.data(), c.placements.data(), c.axes.data(), links.data());
   }
+  Kinematics(const Kinematics&) = delete;
+  Kinematics& operator=(const Kinematics&) = delete;
   void at(const std::vector<double>& q, bool with_jacobian = true) {
-    const stillreach::ArmView arm{static_cast<int>(kinds.size()), placements.data(), kinds.data()};
     kernel().kinematics(arm, q.data(), scratch.data(), pose, with_jacobian ? jacobian.data() : nullptr);
   }
 };
@@ -61,7 +65,8 @@ void coupled_joints_by_hand() {
   const int leader[2] = {0, 0};
   const double factor[2] = {1.0, -1.0}, offset[2] = {0.0, 0.5};
   const stillreach::Coupling coupling{2, leader, factor, offset};
-  const stillreach::ArmView arm{1, k.placements.data(), k.kinds.data(), &coupling};
+  stillreach::ArmView arm = k.arm;
+  arm.n = 1, arm.coupling = &coupling;
   const double q = 0.3;
   kernel().kinematics(arm, &q, k.scratch.data(), k.pose, k.jacobian.data());
   CHECK_NEAR(k.pose[0], std::cos(0.5), 1e-15);
@@ -96,6 +101,65 @@ void jacobian_is_the_derivative(const Chain& chain, std::uint64_t seed) {
     CHECK_NEAR(column[4], rotation[0][2], tolerance);
     CHECK_NEAR(column[5], rotation[1][0], tolerance);
   }
+}
+
+// The product of the placements as they were given and of each joint's motion (Rodrigues, 1840), number by number.
+using Pose = std::array<double, 16>;
+Pose operator*(const Pose& a, const Pose& b) {
+  Pose c{};
+  for (int r = 0; r < 4; ++r)
+    for (int s = 0; s < 4; ++s)
+      for (int k = 0; k < 4; ++k) c[4 * r + s] += a[4 * r + k] * b[4 * k + s];
+  return c;
+}
+Pose turned(double x, double y, double z, double angle) {
+  const double c = std::cos(angle), s = std::sin(angle), v = 1 - c;
+  return {x * x * v + c, x * y * v - z * s, x * z * v + y * s, 0, y * x * v + z * s, y * y * v + c, y * z * v - x * s, 0,
+          z * x * v - y * s, z * y * v + x * s, z * z * v + c, 0, 0, 0, 0, 1};
+}
+Pose shifted(double x, double y, double z) { return {1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1}; }
+
+// Axes of neighbours at angles that a way from one to the next could stumble over: none, all but none, a right one, a half turn.
+void poses_are_products() {
+  const double tilts[] = {0.0, 1e-17, 3e-16, 1e-15, 1e-9, 1e-3, 1.0, kPi / 2, kPi - 1e-9, kPi - 1e-15, kPi};
+  const double turns[] = {0.0, 1e-16, 0.3, kPi / 2, kPi, -kPi / 2, 4.0};
+  Random random(8);
+  for (int sample = 0; sample < 4000; ++sample) {
+    const int n = 1 + random.below(8);
+    Chain chain;
+    Pose expected = shifted(0, 0, 0);
+    const std::vector<double> q = random.vector(n, 3.0);
+    for (int i = 0; i <= n; ++i) {
+      const auto any_turn = [&] { return turned(0, 0, 1, turns[random.below(7)]); };
+      const Pose way = shifted(random.between(-1, 1), random.below(2), random.between(-1, 1)) * any_turn() *
+                       turned(1, 0, 0, tilts[random.below(11)]) * any_turn();
+      chain.placements.insert(chain.placements.end(), way.begin(), way.end());
+      expected = expected * way;
+      if (i == n) break;
+      double axis[3] = {0, 0, random.below(2) ? 1.0 : -1.0};
+      if (random.below(3) == 0) axis[random.below(2)] = axis[2], axis[2] = 0.0;
+      chain.axes.insert(chain.axes.end(), axis, axis + 3);
+      chain.kinds.push_back(random.below(4) ? stillreach::REVOLUTE : stillreach::PRISMATIC);
+      expected = expected * (chain.kinds[i] == stillreach::REVOLUTE ? turned(axis[0], axis[1], axis[2], q[i])
+                                                                    : shifted(axis[0] * q[i], axis[1] * q[i], axis[2] * q[i]));
+    }
+    Kinematics k(chain);
+    k.at(q);
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 4; ++c) CHECK_NEAR(k.pose[3 * c + r], expected[4 * r + c], 1e-14 * n);
+  }
+}
+
+void sines_are_close() {  // of one joint about z they are the pose; long doubles know them better
+  Random random(9);
+  for (double range : {0.8, 4.0, 1e3, 7.9e5, 1e7})
+    for (int sample = 0; sample < 20000; ++sample) {
+      const double q = random.between(-range, range);
+      static Kinematics k(planar_chain(1));
+      k.at({q}, false);
+      CHECK_NEAR(k.pose[0], static_cast<double>(std::cos(static_cast<long double>(q))), 3e-16);
+      CHECK_NEAR(k.pose[1], static_cast<double>(std::sin(static_cast<long double>(q))), 3e-16);
+    }
 }
 
 void large_angles() {  // whole turns change nothing, also where the fast sine hands over to the C library
@@ -140,6 +204,8 @@ int main() {
   }
   jacobian_is_the_derivative(paper_chain(), 3);
   jacobian_is_the_derivative(snake_chain(500), 4);
+  poses_are_products();
+  sines_are_close();
   large_angles();
   writes_no_further_than_it_says();
   with_and_without_jacobian_agree();

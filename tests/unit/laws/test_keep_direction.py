@@ -140,11 +140,12 @@ def test_twist_and_bounds_times_s_leave_the_scale(bound_cases):
         assert other.scale == pytest.approx(one.scale, abs=1e-9), case.label
 
 
+@pytest.mark.timeout(900)
 def test_windows_that_leave_no_rest():
     """As acceleration limits make them: twists that some fractions of can be done, none of it at rest."""
     rng = np.random.default_rng(17)
     arm, compared, without_rest = sr.arms.nasa_modular(), 0, 0
-    for _ in range(1200):
+    for _ in range(20_000 if SAMPLE == 20_000 else 1200):
         q = rng.choice(
             [rng.uniform(-1, 1, 11), rng.uniform(-1, 1) * np.eye(11)[rng.integers(11)] + 1e-3 * rng.normal(size=11)]
         )
@@ -161,13 +162,15 @@ def test_windows_that_leave_no_rest():
         assert np.all(out.rates >= lower)
         assert np.all(out.rates <= upper)
         direction = np.linalg.norm(j @ out.rates - out.scale * twist) / (1.0 + np.linalg.norm(twist))
-        assert direction <= 1e-9
-        if np.linalg.cond(j) > 1e3:  # the few fractions there are may be closer together than rounding
+        assert direction <= 1e-10
+        if out.status & sr.Status.SINGULAR:  # the twist that counts is less than the whole
             continue
-        if not abs(out.scale - best) <= 1e-9:
+        # a direction that is rounded may allow so much more or less
+        allowed = 1e-9 + 1e-10 * np.linalg.cond(j[:, lower < upper])
+        if not abs(out.scale - best) <= allowed:
             best = exact.largest_scale(j, twist, lower, upper)
         assert best is not None
-        assert abs(out.scale - best) <= 1e-9, (q, out.scale, best)
+        assert abs(out.scale - best) <= allowed, (q, out.scale, best)
         compared, without_rest = compared + 1, without_rest + (rest > 1e-6)
     assert compared > 400
     assert without_rest > 200
