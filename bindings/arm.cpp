@@ -33,7 +33,7 @@ static void make_arm(Arm* self, nb::handle kinds, nb::handle placements, nb::han
   for (nb::handle k : nb::iter(kinds)) kind.push_back(static_cast<std::int8_t>(nb::cast<int>(nb::int_(k))));
   if (static_cast<long>(kind.size()) != n) refuse("kinds", describe(kinds), std::to_string(n) + " kinds (0 revolute, 1 prismatic)");
   Arm arm{static_cast<int>(n), std::vector<stillreach::Link>(n), {}, {}, {}, {}, {}};
-  arm.aligned = kernel().align_axes(arm.n, kind.data(), all.data(), axis.data(), arm.links.data());
+  arm.chain = kernel().align_axes(arm.n, kind.data(), all.data(), axis.data(), arm.links.data());
   couple(arm, leaders, factors, offsets);
   new (self) Arm(std::move(arm));
 }

@@ -57,13 +57,13 @@ inline bool no_signal() {
 struct Arm {
   int n;
   std::vector<stillreach::Link> links;
-  stillreach::ArmView aligned;
+  stillreach::ArmView chain;  // as align_axes() made it
   std::vector<int> leaders;  // empty where every joint moves alone, else as Coupling has it
   std::vector<double> factors, offsets;
   mutable stillreach::Coupling coupling{};
   stillreach::ArmView view() const {
     coupling = {static_cast<int>(leaders.size()), leaders.data(), factors.data(), offsets.data()};
-    stillreach::ArmView arm = aligned;
+    stillreach::ArmView arm = chain;
     arm.n = n, arm.links = links.data(), arm.coupling = leaders.empty() ? nullptr : &coupling;
     return arm;
   }

@@ -30,28 +30,29 @@ inline void rotation_from_z(const double* axis, double* rotation) {
   for (int i = 0; i < 9; ++i) rotation[i] = r[i];
 }
 
-// Cosine and sine of an angle from two numbers that are as they are to each other; of 0 from two zeros.
+// Cosine and sine of an angle.
 struct Turn {
   double c, s;
 };
+// Of the direction of (c, s), of any length; of angle 0 where both are 0.
 STILLREACH_INLINE Turn turn_along(double c, double s) {
   const double size = square_root(madd(c, c, s * s));
-  return size > 0.0 ? Turn{c / size, s / size} : Turn{1.0, 0.0};
+  return size == 0.0 ? Turn{1.0, 0.0} : Turn{c / size, s / size};
 }
 STILLREACH_INLINE Turn operator+(Turn a, Turn b) { return turn_along(a.c * b.c - a.s * b.s, a.s * b.c + a.c * b.s); }
 STILLREACH_INLINE Turn operator-(Turn a) { return {a.c, -a.s}; }
 
-constexpr double kSameAxis = 4e-16;  // sine of an angle between axes that is rounding alone
+constexpr double kNoAngle = 4e-16;  // sine of an angle that is rounding alone
 
-// A rotation as a turn about z, one about x and one about z again (Euler, 1776). wanted: the first one where axes are parallel
-// and any will do, and otherwise the half-plane of the first one, which is good for two.
+// A rotation as a turn about z, one about x and one about z again (Euler, 1776). The first one is `wanted` where the axes are
+// parallel, and any would do; elsewhere two are possible, half a turn apart, and it is the one nearer to `wanted`.
 struct ThreeTurns {
   Turn first, tilt, last;
 };
 inline ThreeTurns three_turns(const double* rotation, Turn wanted) {
   const double x = rotation[6], y = rotation[7], z = rotation[8], across = square_root(madd(x, x, y * y));
   ThreeTurns t;
-  if (across <= kSameAxis) {
+  if (across <= kNoAngle) {
     t.first = wanted, t.tilt = {z < 0.0 ? -1.0 : 1.0, 0.0};
   } else {
     t.first = turn_along(-y, x);
@@ -93,9 +94,12 @@ inline ArmView align_axes(int n, const std::int8_t* kinds, const double* placeme
         arm.base[r] = madd(c, x, s * y), arm.base[4 + r] = madd(c, y, -(s * x));
       }
     }
-    link = {{1.0, 0.0}, {madd(c, way[9], s * way[10]), madd(c, way[10], -(s * way[9])), way[11]}, {t.tilt.c, t.tilt.s}, kinds[i - 1], 0};
-    if (i > 1) link.turn[0] = own.c, link.turn[1] = own.s;
-    link.plain = link.kind == REVOLUTE && link.turn[1] == 0.0 && link.turn[0] == 1.0;
+    link.kind = kinds[i - 1];
+    link.shift[0] = madd(c, way[9], s * way[10]), link.shift[1] = madd(c, way[10], -(s * way[9])), link.shift[2] = way[11];
+    link.tilt[0] = t.tilt.c, link.tilt[1] = t.tilt.s;
+    const bool none = i == 1 || (own.c > 0.0 && magnitude(own.s) <= kNoAngle);
+    link.turn[0] = none ? 1.0 : own.c, link.turn[1] = none ? 0.0 : own.s;
+    link.plain = none && link.kind == REVOLUTE;
     before = t.last;
   }
   arm.end[0] = before.c, arm.end[1] = before.s;

@@ -270,7 +270,7 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
       for (int i = 0; i < n; ++i) doubt[l] += b.last[row[l] * n + i] - b.last[row[l] * n + i];
     }
   } else if (b.bounds_stride != 0) {
-    for (int l = 0; l < kLanes; ++l) low[l] = b.lower + row[l] * n, high[l] = b.upper + row[l] * n;
+    for (int l = 0; l < kLanes; ++l) low[l] = b.lower + row[l] * b.bounds_stride, high[l] = b.upper + row[l] * b.bounds_stride;
   }
   Lanes good = doubt == wide(0.0);
   if (b.acceleration || b.bounds_stride != 0) {

@@ -128,9 +128,11 @@ inline double solve_fraction(Rows<M> m, const double* fixed, const double* twist
 
 // The smallest fraction that b.z can reach, from 0 upwards: bounds may leave no rest, and some fractions all the same. Newton's
 // method on the distance, as from above; near its end, where planes are rounded, steps that grow, and once one went past the
-// place, parts of what is around the shortest distance, which is convex. Negative: none.
+// place, parts of what is around the shortest distance: the distance is convex, and changes by the twist's length at most.
+// Negative: none.
 template <int M>
 inline double smallest_fraction(Rows<M> m, const double* fixed, const double* twist, double scale, Inner& in, Box& b) {
+  const double size = size_of(m, twist);
   double fraction = 0.0, push = 1e-12, low = 0.0, nearest = 0.0, shortest = infinity(), high = infinity();
   for (int step = 0; step < kFractionSteps && fraction <= 1.0; ++step) {
     const double error = solve_fraction(m, fixed, twist, fraction, true, b, in);
@@ -142,8 +144,8 @@ inline double smallest_fraction(Rows<M> m, const double* fixed, const double* tw
     if (farther > nearest) high = farther;
     if (high < infinity()) {
       const double above = high - nearest, below = nearest - low;
+      if (shortest > size * larger(above, below) + reached(b, scale)) return -1.0;
       fraction = above > below ? nearest + kGolden * above : nearest - kGolden * below;
-      if (fraction == nearest || !(low < fraction && fraction < high)) return -1.0;
       continue;
     }
     double normal[kStride];
@@ -154,7 +156,7 @@ inline double smallest_fraction(Rows<M> m, const double* fixed, const double* tw
       if (error > kNearly * scale) return -1.0;
       next = fraction + push, push *= 4.0;
     }
-    fraction = next;
+    fraction = error <= kNearly * scale && fraction < 1.0 ? smaller(next, 1.0) : next;
   }
   return -1.0;
 }

@@ -10,10 +10,10 @@
 STILLREACH_BEGIN
 
 constexpr double kSafe = 1e9;       // condition number of a Gram matrix whose planes hold
-constexpr double kShort = 1e-5;     // and one whose direction needs care,
-constexpr double kNothing = 1e-14;  // a fraction that counts as none
-constexpr double kUnsure = 1e-11;   // relative residual from which on the end of the search is in doubt
+constexpr double kShort = 1e-5;     // relative residual whose direction needs care,
 constexpr double kGrazing = 0.02;   // as does a plane that the twist meets at a smaller angle
+constexpr double kUnsure = 1e-11;   // relative residual from which on the end of the search is in doubt
+constexpr double kNothing = 1e-14;  // a fraction that counts as none
 
 // What rounding may have decided: a plane, or where it is about all or nothing, that.
 struct Doubt {
@@ -58,17 +58,18 @@ inline double largest_fraction(Rows<M> m, const double* fixed, const double* twi
     residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
     const double error = size_of(m, b.residual), scale = madd(fraction, twist_size, fixed_size);
     if (error <= reached(b, scale)) return fraction;
+    const bool unsure = error > kUnsure * scale, nearly = error <= kNearly * scale;  // where nearly, the plane may be noise
     if (!plane_normal(m, twist, twist_size, b, in, error, scale, normal)) {
-      doubt.any |= error > kUnsure * scale;
+      doubt.any |= unsure;
       return fraction;
     }
     if (plane)
       for (int r = 0; r < m(); ++r) plane[r] = normal[r];
     const double next = plane_fraction(m, fixed, twist, b, normal, true);
-    const bool nearly = error <= kNearly * scale;  // then the plane may be noise
-    if (fraction == 0.0 || next < -kNearly) return nearly ? fraction : -1.0;
-    if (!(next < fraction)) {
-      doubt.any |= error > kUnsure * scale;
+    const bool none = fraction == 0.0 || next < -kNearly;
+    if (none && !nearly) return -1.0;
+    if (none || !(next < fraction)) {
+      doubt.any |= unsure;
       return fraction;
     }
     fraction = next > kNothing ? next : 0.0;

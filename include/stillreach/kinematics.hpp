@@ -14,8 +14,8 @@ STILLREACH_INLINE Pack cross(Pack a, Pack b) {
   return madd(yzx(a), zxy(b), -(zxy(a) * yzx(b)));
 }
 
-// Two axes of a frame turn in their plane: a becomes c a + s b, and b becomes c b - s a. The one that the joint before was the
-// last to turn, b here and a there, waits for one multiply-add: a joint adds eight cycles to the chain, not twelve.
+// Two axes of a frame turn in their plane: a becomes c a + s b, and b becomes c b - s a. Of a frame's axes y comes last to either
+// turn, as b to the first and as a to the second, and waits for one multiply-add: eight cycles from a joint's axes to the next's.
 template <class P>
 STILLREACH_INLINE void turn_first(P c, P s, P& a, P& b) {
   const P old = b;

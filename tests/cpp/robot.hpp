@@ -82,9 +82,9 @@ struct Robot {
   stillreach::Answer answer{};
 
   Robot(const Chain& chain, const stillreach::LawSettings& law, const Options& o = {})
-      : n(chain.n()), m(static_cast<int>(o.rows.size())), links(n), rate_lower(n, -o.rate),
-        rate_upper(n, o.rate), position_lower(n, -o.position), position_upper(n, o.position), acceleration(n, o.acceleration),
-        null_vector(n, 0.25), fault_value(n), last(n), anchor(n), jacobian(6 * n), selected(m * n), lower(n), upper(n), reference(n),
+      : n(chain.n()), m(static_cast<int>(o.rows.size())), links(n), rate_lower(n, -o.rate), rate_upper(n, o.rate),
+        position_lower(n, -o.position), position_upper(n, o.position), acceleration(n, o.acceleration), null_vector(n, 0.25),
+        fault_value(n), last(n), anchor(n), jacobian(6 * n), selected(m * n), lower(n), upper(n), reference(n),
         kinematics_scratch(10 * n), health(n), warm(n), lower_reason(n), upper_reason(n), rates(n), residual(m), active(n),
         scratch(n, o.joint_matrix) {
     state.arm = kernel().align_axes(n, chain.kinds.data(), chain.placements.data(), chain.axes.data(), links.data());

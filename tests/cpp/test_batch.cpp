@@ -221,7 +221,8 @@ void kinematics(const Chain& chain, int count, bool joint_matrix) {
   std::vector<int> joints(k);
   for (int j = 0; j < k; ++j) joints[j] = n - 1 - j;
   stillreach::KinematicsBatch b{};
-  b.arm = kernel().align_axes(n, chain.kinds.data(), chain.placements.data(), chain.axes.data(), links.data()), b.q = q.data(), b.pose = pose.data(), b.jacobian = jacobian.data();
+  b.arm = kernel().align_axes(n, chain.kinds.data(), chain.placements.data(), chain.axes.data(), links.data());
+  b.q = q.data(), b.pose = pose.data(), b.jacobian = jacobian.data();
   b.singular_values = sigma.data(), b.manipulability = product.data(), b.m = 6, b.joints = joints.data(), b.count = k;
   for (int r = 0; r < 6; ++r) b.rows[r] = r;
   if (joint_matrix) b.metric = {nullptr, units.data(), units.data(), weight.data()};

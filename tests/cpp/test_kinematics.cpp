@@ -120,33 +120,51 @@ Pose turned(double x, double y, double z, double angle) {
 Pose shifted(double x, double y, double z) { return {1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1}; }
 
 // Axes of neighbours at angles that a way from one to the next could stumble over: none, all but none, a right one, a half turn.
-void poses_are_products() {
+Pose any_way(Random& random) {
   const double tilts[] = {0.0, 1e-17, 3e-16, 1e-15, 1e-9, 1e-3, 1.0, kPi / 2, kPi - 1e-9, kPi - 1e-15, kPi};
   const double turns[] = {0.0, 1e-16, 0.3, kPi / 2, kPi, -kPi / 2, 4.0};
+  const double first = turns[random.below(7)], tilt = tilts[random.below(11)], last = turns[random.below(7)];
+  const double x = random.between(-1, 1), y = random.below(2), z = random.between(-1, 1);
+  return shifted(x, y, z) * turned(0, 0, 1, first) * turned(1, 0, 0, tilt) * turned(0, 0, 1, last);
+}
+
+void poses_and_jacobians_are_products() {
   Random random(8);
   for (int sample = 0; sample < 4000; ++sample) {
     const int n = 1 + random.below(8);
+    const double tolerance = 1e-14 * n;
     Chain chain;
     Pose expected = shifted(0, 0, 0);
+    std::vector<std::array<double, 3>> axis, at;
     const std::vector<double> q = random.vector(n, 3.0);
     for (int i = 0; i <= n; ++i) {
-      const auto any_turn = [&] { return turned(0, 0, 1, turns[random.below(7)]); };
-      const Pose way = shifted(random.between(-1, 1), random.below(2), random.between(-1, 1)) * any_turn() *
-                       turned(1, 0, 0, tilts[random.below(11)]) * any_turn();
+      const Pose way = any_way(random);
       chain.placements.insert(chain.placements.end(), way.begin(), way.end());
       expected = expected * way;
       if (i == n) break;
-      double axis[3] = {0, 0, random.below(2) ? 1.0 : -1.0};
-      if (random.below(3) == 0) axis[random.below(2)] = axis[2], axis[2] = 0.0;
-      chain.axes.insert(chain.axes.end(), axis, axis + 3);
-      chain.kinds.push_back(random.below(4) ? stillreach::REVOLUTE : stillreach::PRISMATIC);
-      expected = expected * (chain.kinds[i] == stillreach::REVOLUTE ? turned(axis[0], axis[1], axis[2], q[i])
-                                                                    : shifted(axis[0] * q[i], axis[1] * q[i], axis[2] * q[i]));
+      double a[3] = {0, 0, random.below(2) ? 1.0 : -1.0};
+      if (random.below(3) == 0) a[random.below(2)] = a[2], a[2] = 0.0;
+      const bool turns = random.below(4) != 0;
+      chain.axes.insert(chain.axes.end(), a, a + 3);
+      chain.kinds.push_back(turns ? stillreach::REVOLUTE : stillreach::PRISMATIC);
+      const Pose& e = expected;
+      axis.push_back({});
+      for (int r = 0; r < 3; ++r) axis[i][r] = e[4 * r] * a[0] + e[4 * r + 1] * a[1] + e[4 * r + 2] * a[2];
+      at.push_back({e[3], e[7], e[11]});
+      expected = expected * (turns ? turned(a[0], a[1], a[2], q[i]) : shifted(a[0] * q[i], a[1] * q[i], a[2] * q[i]));
     }
     Kinematics k(chain);
     k.at(q);
     for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 4; ++c) CHECK_NEAR(k.pose[3 * c + r], expected[4 * r + c], 1e-14 * n);
+      for (int c = 0; c < 4; ++c) CHECK_NEAR(k.pose[3 * c + r], expected[4 * r + c], tolerance);
+    for (int i = 0; i < n; ++i)
+      for (int r = 0; r < 3; ++r) {
+        const int s = (r + 1) % 3, t = (r + 2) % 3;
+        const bool turns = chain.kinds[i] == stillreach::REVOLUTE;
+        const double across = axis[i][s] * (expected[4 * t + 3] - at[i][t]) - axis[i][t] * (expected[4 * s + 3] - at[i][s]);
+        CHECK_NEAR(k.jacobian[6 * i + r], turns ? across : axis[i][r], 10 * tolerance);
+        CHECK_NEAR(k.jacobian[6 * i + 3 + r], turns ? axis[i][r] : 0.0, tolerance);
+      }
   }
 }
 
@@ -204,7 +222,7 @@ int main() {
   }
   jacobian_is_the_derivative(paper_chain(), 3);
   jacobian_is_the_derivative(snake_chain(500), 4);
-  poses_are_products();
+  poses_and_jacobians_are_products();
   sines_are_close();
   large_angles();
   writes_no_further_than_it_says();
