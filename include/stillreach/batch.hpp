@@ -61,7 +61,7 @@ struct BatchMemory {
   std::int8_t* bytes;       // 4 n
 };
 
-STILLREACH_INLINE std::size_t batch_packs(int n) { return (4 + 12 + 2 * 6 + 15) * static_cast<std::size_t>(n) + 36; }
+STILLREACH_INLINE std::size_t batch_packs(int n) { return (4 + 12 + 2 * 6 + 16) * static_cast<std::size_t>(n) + 36; }
 STILLREACH_INLINE std::size_t batch_doubles(int n, bool full) {
   return kLanes * batch_packs(n) + 32 * static_cast<std::size_t>(n) + 64 + workspace_doubles(n, full);
 }
@@ -80,6 +80,7 @@ inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* int
   Wide** const vectors[] = {&s.top, &s.bottom, &s.lower, &s.upper, &s.length, &s.answer, &s.trial, &s.releases, &s.side};
   for (Wide** v : vectors) *v = take(n);
   s.works = static_cast<Lanes*>(static_cast<void*>(take(n)));
+  s.outside = static_cast<Lanes*>(static_cast<void*>(take(n)));
   s.column = static_cast<const Wide**>(static_cast<void*>(take(n)));
   s.masked_column = static_cast<const Wide**>(static_cast<void*>(take(n)));
   b.single = doubles + kLanes * batch_packs(n);

@@ -21,6 +21,7 @@ struct LaneBox {
   Wide* trial;                // k
   Wide* releases;             // k
   Wide* side;                 // k: -1 at lower, 1 at upper, 0 free
+  Lanes* outside;             // k: lanes where it is free, and its target beyond its bounds
   Wide* masked;               // k M: columns of the free variables
   Wide* narrow;               // (M - 1) M: those columns one after the other, where they are fewer than rows
   const Wide** masked_column; // k
@@ -125,7 +126,7 @@ template <int M>
 inline STILLREACH_NOINLINE Lanes solve_narrow(LaneBox<M>& b, const Wide* rest, Lanes where, Wide count) {
   constexpr int S = M - 1;
   int joint[kLanes][S], number[kLanes];
-  for (int i = 0; i < S * M; ++i) b.narrow[i] = wide(0.0);
+  STILLREACH_UNROLL for (int i = 0; i < S * M; ++i) b.narrow[i] = wide(0.0);
   for (int l = 0; l < kLanes; ++l) {
     number[l] = 0;
     if (!where[l]) continue;
@@ -206,30 +207,47 @@ inline Lanes solve_free(LaneBox<M>& b, const Wide* rhs, Lanes where) {
   return trusted;
 }
 
+// Where each free variable's target is inside its bounds; the others are in b.outside.
 template <int M>
-STILLREACH_INLINE Lanes inside(const LaneBox<M>& b, int i, Wide slack) {
-  const Wide room = madd(wide(kInside), magnitude(b.target[i]), slack);
-  return (b.target[i] <= b.upper[i] + room) & (b.target[i] >= b.lower[i] - room);
+inline Lanes all_inside_of(LaneBox<M>& b) {
+  const Wide zero = wide(0.0);
+  Wide slack = zero;
+  for (int i = 0; i < b.k; ++i)
+    slack = larger(slack, select(b.works[i] & (b.side[i] == zero), wide(1e-13) * magnitude(b.target[i]), zero));
+  Lanes some = no_lane();
+  for (int i = 0; i < b.k; ++i) {
+    const Wide room = madd(wide(kInside), magnitude(b.target[i]), slack);
+    const Lanes inside = (b.target[i] <= b.upper[i] + room) & (b.target[i] >= b.lower[i] - room);
+    b.outside[i] = b.works[i] & (b.side[i] == zero) & ~inside;
+    some |= b.outside[i];
+  }
+  return ~some;
 }
 
 // advance() of box.hpp in the lanes of `where`.
 template <int M>
-inline void advance(LaneBox<M>& b, const Wide* rhs, Lanes where, Lanes first, Wide slack, Wide freed, Wide noise, LaneObjective& now) {
+inline void advance(LaneBox<M>& b, const Wide* rhs, Lanes where, Lanes first, Wide freed, Wide noise, LaneObjective& now) {
   const Wide zero = wide(0.0), one = wide(1.0);
   for (int i = 0; i < b.k; ++i)
     b.trial[i] = select(b.side[i] == zero, clamp(b.target[i], b.lower[i], b.upper[i]), b.z[i]);
   const LaneObjective there = objective<M>(b, rhs, b.trial);
   const Lanes all_the_way = where & (first | lower_than(there, now, noise)), partly = where & ~all_the_way;
-  Wide part = one, blocking = wide(-1.0);
-  if (any(partly))
+  now = select(all_the_way, there, now);
+  if (!any(partly)) {
     for (int i = 0; i < b.k; ++i) {
-      const Lanes out = b.works[i] & (b.side[i] == zero) & ~inside(b, i, slack);
-      const Wide move = b.target[i] - b.z[i], room = (select(move > zero, b.upper[i], b.lower[i]) - b.z[i]) / move;
-      const Lanes nearer = out & ((blocking < zero) | (room < part));
-      part = select(nearer, larger(room, zero), part), blocking = select(nearer, wide(i), blocking);
+      b.z[i] = select(where & b.works[i], b.trial[i], b.z[i]);
+      b.side[i] = select(where & b.outside[i], select(b.target[i] > b.upper[i], one, -one), b.side[i]);
     }
+    return;
+  }
+  Wide part = one, blocking = wide(-1.0);
   for (int i = 0; i < b.k; ++i) {
-    const Lanes free = b.works[i] & (b.side[i] == zero), out = free & ~inside(b, i, slack);
+    const Wide move = b.target[i] - b.z[i], room = (select(move > zero, b.upper[i], b.lower[i]) - b.z[i]) / move;
+    const Lanes nearer = b.outside[i] & ((blocking < zero) | (room < part));
+    part = select(nearer, larger(room, zero), part), blocking = select(nearer, wide(i), blocking);
+  }
+  for (int i = 0; i < b.k; ++i) {
+    const Lanes free = b.works[i] & (b.side[i] == zero), out = b.outside[i];
     const Wide beyond = select(b.target[i] > b.upper[i], one, -one);
     const Lanes blocked = partly & free & (blocking == wide(i));
     Wide z = select(all_the_way, b.trial[i], clamp(madd(part, b.target[i] - b.z[i], b.z[i]), b.lower[i], b.upper[i]));
@@ -238,37 +256,46 @@ inline void advance(LaneBox<M>& b, const Wide* rhs, Lanes where, Lanes first, Wi
     b.side[i] = select((all_the_way & out) | blocked, beyond, b.side[i]);
     b.releases[i] = select(blocked & (freed == wide(i)) & (part == zero), wide(kNever), b.releases[i]);
   }
-  now = select(all_the_way, there, now);
-  if (any(partly)) now = select(partly, objective<M>(b, rhs, b.z), now);
+  now = select(partly, objective<M>(b, rhs, b.z), now);
 }
 
-// choose_release() of box.hpp: the number of the variable to free, or -1. barred: lanes where one was wanted that may not
-// move again.
+// choose_release() of box.hpp in the lanes of `where`: the number of the variable to free, or -1. barred: lanes where one was wanted
+// that may not move again. Overwrites b.trial.
 template <int M>
-inline Wide choose_release(const LaneBox<M>& b, Wide size, Lanes& barred) {
+inline Wide choose_release(const LaneBox<M>& b, Wide size, Lanes where, Lanes& barred) {
   const Wide zero = wide(0.0);
-  Wide along = zero, longest = zero;
-  for (int i = 0; i < b.k; ++i) {
-    const Lanes free = b.works[i] & (b.side[i] == zero);
-    size = larger(size, select(b.works[i], magnitude(b.z[i]) * b.length[i], zero));
-    along = larger(along, select(free, magnitude(dot<M>(b.column[i], b.residual)), zero));
-    longest = larger(longest, select(free, b.length[i], zero));
+  Wide floor = zero;
+  Lanes settled = b.kappa > zero;
+  const bool undamped = any(where & ~settled);  // only then errors have a say
+  if (undamped) {
+    Wide along = zero, longest = zero;
+    for (int i = 0; i < b.k; ++i) {
+      const Lanes free = b.works[i] & (b.side[i] == zero);
+      b.trial[i] = dot<M>(b.column[i], b.residual);
+      size = larger(size, select(b.works[i], magnitude(b.z[i]) * b.length[i], zero));
+      along = larger(along, select(free, magnitude(b.trial[i]), zero));
+      longest = larger(longest, select(free, b.length[i], zero));
+    }
+    floor = larger(wide(1e-16) * size, select(longest > zero, kAlong * along / longest, zero));
+    settled |= dot<M>(b.residual, b.residual) <= wide(kRounding * kRounding) * size * size;
   }
-  const Wide floor = larger(wide(1e-16) * size, select(longest > zero, kAlong * along / longest, zero));
-  const Lanes settled = (b.kappa > zero) | (dot<M>(b.residual, b.residual) <= wide(kRounding * kRounding) * size * size);
   const Wide dual_size = square_root(dot<M>(b.dual, b.dual));
   Wide first = wide(-1.0), second = wide(-1.0), first_gain = zero, second_gain = zero;
   barred = no_lane();
   for (int i = 0; i < b.k; ++i) {
-    const Lanes fixed = b.works[i] & (b.side[i] != zero), spent = b.releases[i] >= wide(kMaxReleases);
+    const Lanes fixed = where & b.works[i] & (b.side[i] != zero), spent = b.releases[i] >= wide(kMaxReleases);
     if (!any(fixed)) continue;
-    const Wide *a = b.column[i], side = b.side[i], length = b.length[i], number = wide(i);
-    const Wide primary = select(settled, zero, -side * dot<M>(a, b.residual));
-    const Lanes counts = fixed & (magnitude(primary) > length * floor), pays = counts & (primary >= zero);
-    barred |= pays & spent;
-    const Lanes better = pays & ~spent & (primary > first_gain * length);
-    first = select(better, number, first), first_gain = select(better, primary / length, first_gain);
-    const Wide z = b.z[i], secondary = side * (z - dot<M>(a, b.dual));
+    const Wide side = b.side[i], length = b.length[i], number = wide(i);
+    Lanes counts = no_lane();
+    if (undamped) {
+      const Wide primary = select(settled, zero, -side * b.trial[i]);
+      counts = fixed & (magnitude(primary) > length * floor);
+      const Lanes pays = counts & (primary >= zero), better = pays & ~spent & (primary > first_gain * length);
+      barred |= pays & spent;
+      first = select(better, number, first), first_gain = select(better, primary / length, first_gain);
+    }
+    if (!any(fixed & ~counts)) continue;
+    const Wide z = b.z[i], secondary = side * (z - dot<M>(b.column[i], b.dual));
     const Lanes nearer = fixed & ~counts & (secondary > wide(1e-12) * (magnitude(z) + length * dual_size));
     barred |= nearer & spent;
     const Lanes nearest = nearer & ~spent & (secondary > second_gain);
@@ -294,21 +321,16 @@ inline Lanes solve_box(LaneBox<M>& b, const Wide* rhs, Lanes live, Lanes solved)
     live &= wide(step) < most;
     const Lanes open = step == 0 ? live & ~solved : live;
     if (any(open)) live &= solve_free<M>(b, rhs, open) | ~open;
-    Wide slack = zero;
-    for (int i = 0; i < b.k; ++i)
-      slack = larger(slack, select(b.works[i] & (b.side[i] == zero), wide(1e-13) * magnitude(b.target[i]), zero));
-    Lanes all_inside = live;
-    for (int i = 0; i < b.k; ++i) all_inside &= inside(b, i, slack) | (b.side[i] != zero) | ~b.works[i];
-    const Lanes outside = live & ~all_inside;
+    const Lanes all_inside = live & all_inside_of(b), outside = live & ~all_inside;
     if (any(outside)) {
-      advance<M>(b, rhs, outside, first, slack, freed, noise, now);
+      advance<M>(b, rhs, outside, first, freed, noise, now);
       first &= ~outside, freed = select(outside, wide(-1.0), freed);
     }
     if (!any(all_inside)) continue;
     for (int i = 0; i < b.k; ++i)
       b.z[i] = select(all_inside & (b.side[i] == zero), clamp(b.target[i], b.lower[i], b.upper[i]), b.z[i]);
     Lanes barred;
-    const Wide release = choose_release<M>(b, size, barred);
+    const Wide release = choose_release<M>(b, size, live & all_inside, barred);
     live &= ~(all_inside & barred);
     const Lanes releasing = live & all_inside & (release >= zero), done = live & all_inside & ~releasing;
     // An undamped answer from a nearly singular set of columns gets a second, careful stage in the single tick.

@@ -97,7 +97,8 @@ inline STILLREACH_NOINLINE Lanes search_box(const LaneProblem& p, LaneSystem& s,
                                            LaneAnswer& out) {
   LaneBox<M> b;
   b.k = s.k, b.column = s.column, b.works = s.works, b.length = s.length, b.lower = s.lower, b.upper = s.upper, b.kappa = kappa;
-  b.z = s.answer, b.target = s.z, b.trial = s.trial, b.releases = s.releases, b.side = s.side, b.masked = s.shapes, b.narrow = s.few;
+  b.z = s.answer, b.target = s.z, b.trial = s.trial, b.releases = s.releases, b.side = s.side, b.outside = s.outside;
+  b.masked = s.shapes, b.narrow = s.few;
   b.masked_column = s.masked_column, b.iterations = wide(1.0), b.condition = in.condition;
   for (int r = 0; r < M; ++r) b.dual[r] = in.dual[r], b.residual[r] = wide(0.0) * in.dual[r];
   for (int j = 0; j < s.k; ++j) s.length[j] = square_root(dot<M>(s.column[j], s.column[j]));
@@ -116,12 +117,11 @@ inline STILLREACH_NOINLINE Lanes search_box(const LaneProblem& p, LaneSystem& s,
 
 // deep: also the lanes whose bounds bite, or that are damped.
 template <int M>
-inline Lanes finish_bounded(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Lanes good, bool scaled, bool deep,
-                           const LaneInner<M>& in, LaneAnswer& out) {
+inline Lanes finish_bounded(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Lanes good, bool deep, const LaneInner<M>& in,
+                           LaneAnswer& out) {
   Lanes inside = every_lane();
   for (int j = 0; j < s.k; ++j) {
     const int i = s.joint[j];
-    s.lower[j] = scaled ? p.lower[i] / s.scale[j] : p.lower[i], s.upper[j] = scaled ? p.upper[i] / s.scale[j] : p.upper[i];
     inside &= ((s.z[j] <= s.upper[j]) & (s.z[j] >= s.lower[j])) | ~s.works[j];
     const Wide rate = s.scale[j] * (s.z[j] + wide(0.0));
     out.rates[i] = select(s.works[j], clamp(select(is_finite(rate), rate, wide(0.0)), p.lower[i], p.upper[i]), out.rates[i]);
@@ -139,7 +139,8 @@ inline Lanes finish_bounded(const LawSettings& law, const LaneProblem& p, LaneSy
 // Before solve_lanes(), where the bounds are new.
 inline void prepare_lanes(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Wide* rates) {
   find_working_joints(p, s, rates);
-  if (law.kind == SINGULARITY_ROBUST) scale_by_extent(p, s);
+  if (law.kind == SINGULARITY_ROBUST) return scale_by_extent(p, s);
+  for (int j = 0; j < s.k; ++j) s.lower[j] = p.lower[s.joint[j]] / s.scale[j], s.upper[j] = p.upper[s.joint[j]] / s.scale[j];
 }
 
 // Answers what it can of problems that are prepared; returns those lanes.
@@ -160,7 +161,7 @@ inline Lanes solve_lanes(const LawSettings& law, const LaneProblem& p, bool deep
   else if (robust)
     good = finish_singularity_robust<M>(law, p, s, good, deep, in, out);
   else
-    good = finish_bounded<M>(law, p, s, good, scaled, deep, in, out);
+    good = finish_bounded<M>(law, p, s, good, deep, in, out);
   if (any(good)) good &= report<M>(p, s, with_residual, out);
   return good;
 }

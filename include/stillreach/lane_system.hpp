@@ -44,6 +44,7 @@ struct LaneSystem {
   Wide* lower;     // k: bounds of z
   Wide* upper;     // k
   Wide *length, *answer, *trial, *releases, *side;  // k each, for the bounded search
+  Lanes* outside;  // k
   const Wide** masked_column;  // k
   Wide* shapes;    // k M
   Wide* few;       // 30: columns of free variables, where they are fewer than rows
