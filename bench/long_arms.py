@@ -84,13 +84,17 @@ def first_ticks(ctl: sr.Controller, ticks: list[Tick]) -> list[float]:
     return times
 
 
-def cost(law: sr.Law, n: int, repeats: int, *, cold: bool = False) -> float:
-    """[µs] a tick, the mean over the pieces of all paths of the minimum over the repeats."""
-    best = []
-    for run in runs(law, *work(n), cold=cold):
-        run()
-        best.append(np.mean(np.min([run() for _ in range(repeats)], axis=0)))
-    return float(np.mean(best))
+def measured(law: sr.Law, sizes: list[int], repeats: int, *, cold: bool = False) -> dict[int, float]:
+    """[µs] a tick by size: the mean over the pieces of all paths of the minimum over the repeats.
+
+    Each repeat goes through all sizes, so that a slow minute of the machine is one for all of them.
+    """
+    paths = {n: list(runs(law, *work(n), cold=cold)) for n in sizes}
+    times: dict[int, list[list[list[float]]]] = {n: [] for n in sizes}
+    for _ in range(1 + repeats):
+        for n in sizes:
+            times[n].append([run() for run in paths[n]])
+    return {n: float(np.mean(np.min(rounds[1:], axis=0))) for n, rounds in times.items()}
 
 
 def line(name: str, costs: dict[int, float], allowed: float | None) -> str:
@@ -115,10 +119,9 @@ def main() -> None:
     print(f"| a tick, bound buffers [µs]; n = | {' | '.join(map(str, sizes))} | over linear from {FROM} |")
     print("|---" + "|---:" * (len(sizes) + 1) + "|")
     for name, law in LAWS.items():
-        print(line(name, {n: cost(law, n, asked.repeats) for n in sizes}, ALLOWED), flush=True)
+        print(line(name, measured(law, sizes, asked.repeats), ALLOWED), flush=True)
     for name in COLD:
-        costs = {n: cost(LAWS[name], n, asked.repeats, cold=True) for n in sizes}
-        print(line(f"{name}, cold", costs, None), flush=True)
+        print(line(f"{name}, cold", measured(LAWS[name], sizes, asked.repeats, cold=True), None), flush=True)
     note = f"Kernel for {_core.instruction_set()}. {machine_note(cores)}"
     print(f"\nAllowed for all but the cold ones: {ALLOWED:g}. {note}")
 
