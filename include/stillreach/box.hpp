@@ -215,17 +215,23 @@ STILLREACH_INLINE void consider_norm(Rows<M> m, const Box& b, int i, const doubl
 // The fixed variable whose release lowers the objective most, or -1. wanted: one was wanted that may not move again.
 template <int M>
 inline int choose_release(Rows<M> m, Box& b, const Inner& in, double rhs_size, bool& wanted) {
-  double size = rhs_size;  // residuals are known to a rounding error of this
-  for (int i = 0; i < b.k; ++i) size = larger(size, magnitude(b.z[i]) * b.length[i]);
-  // How orthogonal the residual came out to the free columns tells how well it is known.
-  double along = 0.0, longest = 0.0;
-  for (int i = 0; i < b.k; ++i) {
-    if (b.state[i] != 0) continue;
-    along = larger(along, magnitude(dot(m, b.columns + i * kStride, in.residual)));
-    longest = larger(longest, b.length[i]);
+  bool settled = b.kappa > 0.0;  // the task error has no say
+  double floor = 0.0;
+  if (!settled) {
+    double size = rhs_size;  // residuals are known to a rounding error of this
+    for (int i = 0; i < b.k; ++i) size = larger(size, magnitude(b.z[i]) * b.length[i]);
+    settled = dot(m, in.residual, in.residual) <= kRounding * kRounding * size * size;
+    floor = 1e-16 * size;
   }
-  const double floor = larger(1e-16 * size, longest > 0.0 ? kAlong * along / longest : 0.0);
-  const bool damped = b.kappa > 0.0, consistent = dot(m, in.residual, in.residual) <= kRounding * kRounding * size * size;
+  if (!settled) {  // how orthogonal the residual came out to the free columns tells how well it is known
+    double along = 0.0, longest = 0.0;
+    for (int i = 0; i < b.k; ++i) {
+      if (b.state[i] != 0) continue;
+      along = larger(along, magnitude(dot(m, b.columns + i * kStride, in.residual)));
+      longest = larger(longest, b.length[i]);
+    }
+    if (longest > 0.0) floor = larger(floor, kAlong * along / longest);
+  }
   const double dual_size = square_root(dot(m, in.dual, in.dual));
   int first = -1;
   double first_gain = 0.0;
@@ -236,7 +242,7 @@ inline int choose_release(Rows<M> m, Box& b, const Inner& in, double rhs_size, b
     const double* a = b.columns + i * kStride;
     const double side = b.state[i];
     // Moving off the bound, into the box, pays where this is above 0: in the task error, unless that has no say here,
-    const double primary = damped || consistent ? 0.0 : -side * dot(m, a, in.residual);
+    const double primary = settled ? 0.0 : -side * dot(m, a, in.residual);
     const double length = b.length[i], noise = length * floor;
     if (magnitude(primary) > noise) {
       if (primary < 0.0) continue;
