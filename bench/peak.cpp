@@ -1,5 +1,6 @@
 // What this core can do at most: `peak` prints, one a line, the clock [GHz], the rate of multiply-adds [GFLOP/s] in packs of
-// four, which is what the kernel of AVX2 uses, and in packs of eight (AVX-512's) where the processor has them. Minima over short pieces.
+// four, which is what the kernel of AVX2 uses, and in packs of eight (AVX-512's) where the processor has them. Minima over
+// short pieces.
 #include <chrono>
 #include <cstdio>
 

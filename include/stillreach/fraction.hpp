@@ -8,10 +8,10 @@
 
 STILLREACH_BEGIN
 
-constexpr double kLeaves = 1e-9;    // part of a column across a plane that is not rounding
-constexpr double kReached = 1e-13;  // relative residual that counts as none,
-constexpr double kNearly = 1e-9;    // and one that may be none, where the search cannot tell
-constexpr double kGolden = 0.381966;  // part of an interval that a search tries next (Kiefer, 1953)
+constexpr double kLeaves = 1e-9;      // part of a column across a plane that is not rounding
+constexpr double kReached = 1e-13;    // relative residual that counts as none,
+constexpr double kNearly = 1e-9;      // and one that may be none, where the search cannot tell
+constexpr double kGolden = 0.381966;  // part of an interval that a search by golden sections tries next (Kiefer, 1953)
 constexpr int kFractionSteps = 60;
 
 // The residual that counts as none: rounding of the twist, and of the sum of what the joints contribute.

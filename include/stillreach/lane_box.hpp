@@ -266,7 +266,7 @@ inline Wide choose_release(const LaneBox<M>& b, Wide size, Lanes where, Lanes& b
   const Wide zero = wide(0.0);
   Wide floor = zero;
   Lanes settled = b.kappa > zero;
-  const bool undamped = any(where & ~settled);  // only then errors have a say
+  const bool undamped = any(where & ~settled);  // where all lanes are damped, the task error has no say
   if (undamped) {
     Wide along = zero, longest = zero;
     for (int i = 0; i < b.k; ++i) {
