@@ -36,14 +36,14 @@ LAWS: dict[str, sr.Law] = {
     "`SingularityRobust`, closed form": sr.SingularityRobust(damping="closed-form"),
     "`SingularityRobust`, κ given": sr.SingularityRobust(damping=0.001),
     "`LeastError()`": sr.LeastError(),
-    "`LeastError(max_gain=None)`": sr.LeastError(max_gain=None),
+    "`LeastError(price=None)`": sr.LeastError(price=None),
     "`KeepDirection`": sr.KeepDirection(),
 }
 REQUIRED = {
     "`Pseudoinverse`": 8.0,
     "`SingularityRobust`, exact": 4.0,
     "`LeastError()`": 3.0,
-    "`LeastError(max_gain=None)`": 3.0,
+    "`LeastError(price=None)`": 3.0,
 }
 """Million rows a second on one thread of a quiet core at QUIET_CLOCK [GHz], and TWO_THREADS times as many on two."""
 QUIET_CLOCK, TWO_THREADS = 3.2, 1.7

@@ -13,7 +13,7 @@ LAWS = {
     "closed form": "`SingularityRobust`, closed form",
     "number": "`SingularityRobust`, κ given",
     "least error": "`LeastError()`",
-    "bare least error": "`LeastError(max_gain=None)`",
+    "bare least error": "`LeastError(price=None)`",
     "keep direction": "`KeepDirection`",
 }
 """The laws as rows.cpp calls them, and as the tables do."""

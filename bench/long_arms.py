@@ -31,9 +31,9 @@ LAWS: dict[str, sr.Law] = {
     "`SingularityRobust`, closed form": sr.SingularityRobust(damping="closed-form"),
     "`SingularityRobust`, exact": sr.SingularityRobust(damping="exact"),
     "`LeastError()`": sr.LeastError(),
-    "`LeastError(max_gain=None)`": sr.LeastError(max_gain=None),
+    "`LeastError(price=None)`": sr.LeastError(price=None),
 }
-COLD = ("`LeastError()`", "`LeastError(max_gain=None)`")
+COLD = ("`LeastError()`", "`LeastError(price=None)`")
 """Also printed as what the first tick costs, which knows nothing of the last one's active bounds."""
 
 

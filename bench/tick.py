@@ -22,10 +22,10 @@ LAWS: dict[str, tuple[sr.Law, tuple[float, float, float] | None]] = {
     "SingularityRobust, exact, over the limit": (sr.SingularityRobust(damping="exact"), (4.0, 5.0, 5.5)),
     "SingularityRobust, closed form, over the limit": (sr.SingularityRobust(damping="closed-form"), None),
     "LeastError, limits biting": (sr.LeastError(), (1.8, np.inf, 3.0)),
-    "LeastError(max_gain=None), limits biting": (sr.LeastError(max_gain=None), (1.8, np.inf, 3.0)),
+    "LeastError(price=None), limits biting": (sr.LeastError(price=None), (1.8, np.inf, 3.0)),
     "KeepDirection, limits biting": (sr.KeepDirection(), (4.0, np.inf, np.inf)),
 }
-COLD = {"LeastError, limits biting": 4.0, "LeastError(max_gain=None), limits biting": 4.0}
+COLD = {"LeastError, limits biting": 4.0, "LeastError(price=None), limits biting": 4.0}
 
 STARTUP_BUDGET = 60.0
 STARTUP = """

@@ -103,6 +103,7 @@ static Solution take_solution(Controller& c, nb::handle out, double* to) {
   for (int i = 0; i < n; ++i) reasons[i] = active_reason(c.active[i], c.state.lower_reason[i], c.state.upper_reason[i]);
   s.status = c.answer.status, s.iterations = c.answer.iterations, s.damping = c.answer.damping, s.scale = c.answer.scale;
   s.task_error = c.answer.task_error;
+  s.set_multiplier(c.state.multiplier);
   return s;
 }
 

@@ -59,6 +59,9 @@ void bind_solution(nb::module_& m) {
       .def_ro("rank_tolerance", &Solution::rank_tolerance, "Relative to the largest singular value.")
       .def_prop_ro("residual", [](const Solution& s) { return copy_out(s.residual(), nb::make_tuple(s.m), s.m); },
                    STILLREACH_ARRAY("residual"), "(m,) twist - J rates, unweighted.")
+      .def_prop_ro("multiplier", [](const Solution& s) { return copy_out(s.multiplier(), nb::make_tuple(s.m), s.m); },
+                   STILLREACH_ARRAY("multiplier"),
+                   "(m,) of LeastError with a price: the rates are reference + W2^-1 J' multiplier, cut to the bounds; else zeros.")
       .def_prop_ro("active", &active_out, nb::sig("def active(self) -> numpy.typing.NDArray[numpy.int8]"),
                    "(n,) which bounds are met and why: 0 none, else stillreach.Reason, negative at the lower bound.")
       .def_prop_ro("twist", [](const Solution& s) { return copy_out(s.twist(), nb::make_tuple(s.m), s.m); },

@@ -10,15 +10,24 @@ struct Solution {
   std::int32_t status;
   int iterations;
   double damping, scale, task_error, rank_tolerance;
-  std::unique_ptr<double[]> numbers;  // jacobian m n (by columns), lower n, upper n, twist m, residual m; reasons n bytes
+  std::unique_ptr<double[]> numbers;  // jacobian m n (by columns), lower n, upper n, twist m, residual m, multiplier m; reasons n bytes
 
-  void make_room() { numbers.reset(new double[static_cast<std::size_t>(m) * n + 2 * n + 2 * m + n / 8 + 1]); }
+  void make_room() { numbers.reset(new double[static_cast<std::size_t>(m) * n + 2 * n + 3 * m + n / 8 + 1]); }
   double* jacobian() const { return numbers.get(); }
   double* lower() const { return jacobian() + static_cast<std::size_t>(m) * n; }
   double* upper() const { return lower() + n; }
   double* twist() const { return upper() + n; }
   double* residual() const { return twist() + m; }
-  std::int8_t* reasons() const { return static_cast<std::int8_t*>(static_cast<void*>(residual() + m)); }
+  double* multiplier() const { return residual() + m; }
+  std::int8_t* reasons() const { return static_cast<std::int8_t*>(static_cast<void*>(multiplier() + m)); }
+  // R'u, in the units of the twist.
+  void set_multiplier(const stillreach::Multiplier& from) {
+    for (int c = 0; c < m; ++c) {
+      double sum = metric->rows.empty() ? from.u[c] : 0.0;
+      for (int r = 0; r <= c && !metric->rows.empty(); ++r) sum += metric->rows[static_cast<std::size_t>(r) * m + c] * from.u[r];
+      multiplier()[c] = from.known ? sum : 0.0;
+    }
+  }
 };
 
 // The Status member for a value; made once each.

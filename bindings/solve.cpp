@@ -4,7 +4,7 @@
 #include "solution.hpp"
 
 static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::handle twist, nb::handle lower, nb::handle upper,
-                      nb::handle reference, nb::handle start) {
+                      nb::handle reference, nb::handle start, double typical) {
   const int m = metric.data->m, n = metric.data->n;
   Solution s;
   s.metric = metric.data, s.m = m, s.n = n, s.rank_tolerance = law.settings.rank_tolerance;
@@ -32,10 +32,12 @@ static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::ha
       reasons[i] = static_cast<std::int8_t>(code > 0 ? 1 : code < 0 ? -1 : 0);
     }
   const stillreach::Problem p{m, n, s.jacobian(), s.twist(), s.lower(), s.upper(), reference.is_none() ? nullptr : nearby.data(),
-                              metric.data->view()};
-  stillreach::Answer out{rates.data(), s.residual(), reasons, nullptr, 0, 0, 0.0, 1.0, 0.0};
+                              metric.data->view(), typical};
+  stillreach::Multiplier multiplier{};
+  stillreach::Answer out{rates.data(), s.residual(), reasons, nullptr, 0, 0, 0.0, 1.0, 0.0, &multiplier};
   kernel().solve(law.settings, p, scratch.memory(), out);
   s.status = out.status, s.iterations = out.iterations, s.damping = out.damping, s.scale = out.scale, s.task_error = out.task_error;
+  s.set_multiplier(multiplier);
   for (int i = 0; i < n; ++i)
     reasons[i] = reasons[i] == 2 ? std::int8_t{stillreach::FAULT} : active_reason(reasons[i], stillreach::RATE, stillreach::RATE);
   return s;
@@ -43,7 +45,14 @@ static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::ha
 
 void bind_solve(nb::module_& m) {
   m.def("solve", &solve, nb::arg("law"), nb::arg("metric"), nb::arg("J"), nb::arg("twist"), nb::arg("lower"), nb::arg("upper"),
-        nb::arg("reference").none() = nb::none(), nb::arg("start").none() = nb::none(),
+        nb::arg("reference").none() = nb::none(), nb::arg("start").none() = nb::none(), nb::arg("typical") = -1.0,
         "One answer of a law: J (m, n), twist (m,), lower, upper (n,), reference (n,) or None, start: the active bounds of an "
-        "earlier answer or None.");
+        "earlier answer or None, typical: what the working joints' rates are worth; below 0: as the bounds say.");
+  m.def("typical_rate", [](const Metric& metric, nb::handle limits) {
+    const int n = metric.data->n;
+    std::vector<double> upper(n), lower(n);
+    read_vector("velocity_limits", limits, n, upper.data(), false);
+    for (int i = 0; i < n; ++i) lower[i] = -upper[i];
+    return kernel().typical_rate(n, lower.data(), upper.data(), metric.data->view());
+  }, nb::arg("metric"), nb::arg("limits"), "The second largest of the rate limits (n,), in weighted units.");
 }

@@ -12,7 +12,7 @@ J = np.stack([-from_joint[1], from_joint[0]])
 twist = np.array([1.8, 2.4])
 bounds = sr.Bounds.symmetric([0.5, 0.5, 1.0, 1.0], n=4)
 
-laws = [sr.Pseudoinverse(), sr.SingularityRobust(damping="exact"), sr.KeepDirection(), sr.LeastError(max_gain=None)]
+laws = [sr.Pseudoinverse(), sr.SingularityRobust(damping="exact"), sr.KeepDirection(), sr.LeastError(price=None)]
 for broken in ([], [2]):
     print(f"joint {broken[0]} locked" if broken else "all joints work")
     for law in laws:

@@ -21,8 +21,8 @@ class Entry:
 
 
 TICKS = (
-    Entry("ours-bound", "stillreach, `LeastError(max_gain=None)`, bound buffers", "ours", "Bound", ours=True),
-    Entry("ours-new", "stillreach, `LeastError(max_gain=None)`, new array", "ours", "NewArray", ours=True),
+    Entry("ours-bound", "stillreach, `LeastError(price=None)`, bound buffers", "ours", "Bound", ours=True),
+    Entry("ours-new", "stillreach, `LeastError(price=None)`, new array", "ours", "NewArray", ours=True),
     Entry("default-bound", "stillreach, `LeastError()`, bound buffers", "ours", "DefaultBound", ours=True),
     Entry("default-new", "stillreach, `LeastError()`, new array", "ours", "DefaultNewArray", ours=True),
     Entry("pinocchio-daqp", "Pinocchio + daqp, called directly", "pinocchio_daqp"),
@@ -38,7 +38,7 @@ TICKS = (
 )
 
 BATCHES = (
-    Entry("ours-batch", "stillreach, `LeastError(max_gain=None)`", "ours", "Batch", ours=True),
+    Entry("ours-batch", "stillreach, `LeastError(price=None)`", "ours", "Batch", ours=True),
     Entry("ours-batch-exact", "stillreach, `SingularityRobust`, exact", "ours", "BatchExact", ours=True),
     Entry("ours-batch-pinv", "stillreach, `Pseudoinverse`", "ours", "BatchPseudoinverse", ours=True),
     Entry("jax", "JAX, jit + vmap, damped, scaled to the limit", "jax"),

@@ -1,4 +1,4 @@
-"""stillreach: the bare optimum, `LeastError(max_gain=None)`, and the default law, each on the whole arm."""
+"""stillreach: the bare optimum, `LeastError(price=None)`, and the default law, each on the whole arm."""
 
 from collections.abc import Callable
 
@@ -12,7 +12,7 @@ class Bound:
     """The caller's arrays, bound once; a tick reads and writes them in place."""
 
     packages = ("stillreach",)
-    law: sr.Law = sr.LeastError(max_gain=None)
+    law: sr.Law = sr.LeastError(price=None)
 
     def __init__(self, robot: Robot) -> None:
         self.arm, self.working = sr.arms.nasa_modular(), robot.working
@@ -68,7 +68,7 @@ class Batch:
     """`solve_batch` on one thread."""
 
     packages = ("stillreach",)
-    law: sr.Law = sr.LeastError(max_gain=None)
+    law: sr.Law = sr.LeastError(price=None)
 
     def __init__(self, robot: Robot) -> None:
         if not hasattr(sr, "solve_batch"):

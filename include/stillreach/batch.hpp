@@ -57,6 +57,7 @@ struct BatchMemory {
   Workspace workspace;      // of the single tick
   Wide *q, *jacobian, *task_jacobian, *lower, *upper, *rates, *residual;
   LaneSystem system;
+  double typical;           // typical_rate() of shared bounds
   double* single;           // 32 n + 64 numbers for rows that are solved alone
   std::int8_t* bytes;       // 4 n
 };
@@ -168,6 +169,11 @@ inline void write_invalid(const Batch& b, std::ptrdiff_t row, double* rates, std
     for (int i = 0; i < b.m * n; ++i) b.jacobian[row * b.m * n + i] = 0.0;
 }
 
+// What the rates of a row are worth: by its bounds, before position and acceleration limits narrow them.
+inline double row_typical(const Batch& b, std::ptrdiff_t row) {
+  return typical_rate(b.arm.n, b.lower + row * b.bounds_stride, b.upper + row * b.bounds_stride, b.metric);
+}
+
 // A row with the single tick's code.
 inline STILLREACH_NOINLINE void solve_alone(const Batch& b, std::ptrdiff_t row, BatchMemory& w) {
   const int n = b.arm.n, m = b.m;
@@ -198,7 +204,7 @@ inline STILLREACH_NOINLINE void solve_alone(const Batch& b, std::ptrdiff_t row, 
   LimitedStatus limited{OK, ~OK};
   if (b.acceleration) limited = limited_bounds(b, row, bounds, w.bytes + n), low = bounds, high = bounds + n;
   for (int i = 0; i < n; ++i) active[i] = 0;
-  const Problem p{m, n, task, twist, low, high, b.reference ? b.reference + row * b.reference_stride : nullptr, b.metric};
+  const Problem p{m, n, task, twist, low, high, b.reference ? b.reference + row * b.reference_stride : nullptr, b.metric, row_typical(b, row)};
   Answer out{rates, residual, active, nullptr, OK, 0, 0.0, 1.0, 0.0};
   solve_law(b.law, p, w.workspace, out);
   out.status = (out.status & limited.kept) | limited.added;
@@ -243,6 +249,10 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
   load_lanes(from, b.q ? 6 : M, twist);
   for (int r = 0; r < (b.q ? 6 : M); ++r) doubt += twist[r] - twist[r];
   LaneProblem p{n, w.jacobian, twist, w.lower, w.upper, b.metric};
+  if (b.law.parts > 0) {
+    p.typical = wide(w.typical);
+    for (int l = 0; b.bounds_stride != 0 && l < kLanes; ++l) p.typical[l] = row_typical(b, row[l]);
+  }
   if (b.q) {
     point(b.q, n);
     load_lanes(from, n, w.q);
@@ -345,6 +355,7 @@ inline bool bounds_leave_room(const Batch& b) {
 // Rows first to last - 1.
 inline void solve_rows(const Batch& b, std::ptrdiff_t first, std::ptrdiff_t last, BatchMemory& w) {
   const bool shared = b.bounds_stride == 0;
+  if (shared && b.law.parts > 0) w.typical = row_typical(b, 0);
   if (suits_lanes(b.arm.n, b.m, b.metric) && !b.tool_axes && !b.reference && (!shared || bounds_leave_room(b))) {
     if (shared && !b.acceleration) {
       for (int i = 0; i < b.arm.n; ++i) w.lower[i] = wide(b.lower[i]), w.upper[i] = wide(b.upper[i]);

@@ -38,6 +38,7 @@ struct Box {
   int* index;             // k
   int* releases;          // k
   int iterations;         // factorisations
+  double plain;           // condition number of a Gram matrix up to which its answer is not refined
   double safe;            // condition number of a Gram matrix up to which rounding decides nothing
   bool capped;            // the bound on the steps was met
   bool doubtful;          // rounding may have decided
@@ -80,7 +81,7 @@ STILLREACH_INLINE void solve_columns(Rows<M> m, const double* columns, const int
   if (Careful)
     solve_spectral(m, columns, index, count, rhs, b.kappa, b.threshold, b.work, z, in);
   else
-    solve_inner(m, columns, index, count, rhs, b.kappa, b.threshold, b.work, z, in);
+    solve_inner(m, columns, index, count, rhs, b.kappa, b.threshold, b.work, z, in, b.plain);
 }
 
 // The free variables under a full weight: whitened by its Cholesky factor, moved by what the fixed ones pull.

@@ -42,6 +42,17 @@ inline const double* reference_rates(ControllerState& c, const double* q, Worksp
   return any ? c.reference : nullptr;
 }
 
+// The rate limits of the joints that work, not the bounds of this tick, say what a rate is worth.
+inline double typical_rate(const ControllerState& c) {
+  TypicalRate typical;
+  for (int i = 0; i < c.arm.n; ++i) {
+    if (c.health[i] == LOCKED || c.health[i] == RUNAWAY) continue;
+    const double limit = larger(-c.rate_lower[i], c.rate_upper[i]), part = c.health[i] == DERATED ? c.fault_value[i] : 1.0;
+    if (limit > 0.0 && part > 0.0) typical.add(c.metric, c.arm.n, i, limit * part);
+  }
+  return typical.value();
+}
+
 // An encoder or a command that is no number: brake, within the acceleration limits; failed joints keep their rates.
 inline void brake(ControllerState& c, const double* q, Answer& out) {
   out.status = INVALID_INPUT, out.damping = 0.0, out.scale = 0.0, out.task_error = 0.0, out.iterations = 0;
@@ -59,12 +70,14 @@ inline void evaluate(ControllerState& c, const double* q, const double* twist, c
   const int n = c.arm.n;
   const double doubt = doubt_in(q, n) + doubt_in(twist, 6) + (target ? doubt_in(target, 12) : 0.0);
   STILLREACH_LIBRARY(memcpy)(out.active, c.active, n);
-  out.plane = c.plane;
+  out.plane = c.plane, out.multiplier = &c.multiplier;
   if (doubt == 0.0) {
     arm_kinematics(c.arm, q, c.scratch, c.pose, c.jacobian);
     bool kept = true;
-    if (!c.bounds_stand)
+    if (!c.bounds_stand) {
       for (int i = 0; i < n; ++i) kept &= joint_bounds(c, i, q[i]);
+      if (c.law.parts > 0) c.typical = typical_rate(c);
+    }
     c.bounds_stand = c.constant_bounds;
     for (int r = 0; r < 6; ++r) c.command[r] = twist[r];
     if (target) add_correction(target, c.pose, c.track_gain, c.track_linear, c.track_angular, c.command);
@@ -74,7 +87,7 @@ inline void evaluate(ControllerState& c, const double* q, const double* twist, c
       for (int i = 0; i < n; ++i) select_rows(c, c.pose, c.jacobian + 6 * i, c.task_jacobian + c.m * i);
       select_rows(c, c.pose, c.command, c.twist);
     }
-    const Problem p{c.m, n, c.task_jacobian, c.twist, c.lower, c.upper, reference_rates(c, q, w), c.metric};
+    const Problem p{c.m, n, c.task_jacobian, c.twist, c.lower, c.upper, reference_rates(c, q, w), c.metric, c.typical};
     solve_task(c.law, p, w, out);
     if (!kept) out.status |= LIMIT_GIVEN_UP;
     if (out.status & FAULT_NOT_COMPENSATED) {

@@ -12,6 +12,7 @@ STILLREACH_BEGIN
 constexpr int kRows = 6;                   // most rows of a task
 constexpr int kStride = 8;                 // columns are kStride apart and end in zeros, so that they are whole packs
 constexpr double kPlainCondition = 1e4;    // of a Gram matrix: the answer is right to about 1e-12 as it is,
+constexpr double kPricedCondition = 300.0; // (where errors must be rounding: up to here)
 constexpr double kTwiceCondition = 1e6;    // and to the same after one step of refinement,
 constexpr double kRefinedCondition = 1e9;  // or after two
 

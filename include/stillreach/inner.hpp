@@ -35,20 +35,21 @@ STILLREACH_INLINE void residual_of(const double* columns, const int* index, int 
   store(residual, low), store(residual + 4, high);
 }
 
-STILLREACH_INLINE int refinements(double condition) { return condition <= kPlainCondition ? 0 : condition <= kTwiceCondition ? 1 : 2; }
+STILLREACH_INLINE int refinements(double condition, double plain) { return condition <= plain ? 0 : condition <= kTwiceCondition ? 1 : 2; }
 
+// plain: condition number up to which nothing is refined.
 // At least as many columns as rows: z = A' G^-1 b with G = A A' + kappa I, refined where G is not quite harmless (the
 // corrected seminormal equations; Bjorck, 1987). False where G cannot be trusted.
 template <int M>
 STILLREACH_INLINE bool solve_wide(Rows<M> m, const double* columns, const int* index, int count, const double* rhs, double kappa,
-                                  double* z, Inner& in) {
+                                  double* z, Inner& in, double plain) {
   gram(m, columns, index, count, kappa, in.factor);
   in.condition = factor(m, in.factor);
   if (!(in.condition <= kRefinedCondition)) return false;
   solve(m, in.factor, rhs, in.dual);
   for (int r = m(); r < kStride; ++r) in.dual[r] = in.residual[r] = 0.0;
   for (int i = 0; i < count; ++i) z[i] = dot(m, column_at(columns, index, i), in.dual);
-  for (int step = refinements(in.condition); step > 0; --step) {
+  for (int step = refinements(in.condition, plain); step > 0; --step) {
     double error[kStride], change[kRows];
     residual_of(columns, index, count, rhs, z, error);
     for (int r = 0; r < m(); ++r) error[r] = madd(-kappa, in.dual[r], error[r]);
@@ -64,7 +65,7 @@ STILLREACH_INLINE bool solve_wide(Rows<M> m, const double* columns, const int* i
 // Fewer columns than rows: the Gram matrix of the columns, refined likewise. False where it cannot be trusted.
 template <int M>
 STILLREACH_INLINE bool solve_tall(Rows<M> m, const double* columns, const int* index, int count, const double* rhs, double kappa,
-                                  double* z, Inner& in) {
+                                  double* z, Inner& in, double plain) {
   const Rows<0> size{count};
   double y[kRows];
   for (int i = 0; i < count; ++i) {
@@ -77,7 +78,7 @@ STILLREACH_INLINE bool solve_tall(Rows<M> m, const double* columns, const int* i
   if (!(in.condition <= kRefinedCondition)) return false;
   solve(size, in.factor, y, z);
   residual_of(columns, index, count, rhs, z, in.residual);
-  for (int step = refinements(in.condition); step > 0; --step) {
+  for (int step = refinements(in.condition, plain); step > 0; --step) {
     for (int i = 0; i < count; ++i) y[i] = madd(-kappa, z[i], dot(m, column_at(columns, index, i), in.residual));
     solve(size, in.factor, y, y);
     for (int i = 0; i < count; ++i) z[i] += y[i];
@@ -119,9 +120,9 @@ inline STILLREACH_NOINLINE void solve_spectral(Rows<M> m, const double* columns,
 // rhs: kStride numbers, zeros behind the m that count; z: count.
 template <int M>
 inline void solve_inner(Rows<M> m, const double* columns, const int* index, int count, const double* rhs, double kappa,
-                        double threshold, double* work, double* z, Inner& in) {
-  const bool done = count >= m() ? solve_wide(m, columns, index, count, rhs, kappa, z, in)
-                                 : count > 0 && solve_tall(m, columns, index, count, rhs, kappa, z, in);
+                        double threshold, double* work, double* z, Inner& in, double plain = kPlainCondition) {
+  const bool done = count >= m() ? solve_wide(m, columns, index, count, rhs, kappa, z, in, plain)
+                                 : count > 0 && solve_tall(m, columns, index, count, rhs, kappa, z, in, plain);
   if (!done) solve_spectral(m, columns, index, count, rhs, kappa, threshold, work, z, in);
 }
 

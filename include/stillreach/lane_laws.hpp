@@ -73,24 +73,6 @@ inline Lanes finish_singularity_robust(const LawSettings& law, const LaneProblem
   return good;
 }
 
-// damping_part() of least_error.hpp, over 4 g^2.
-template <int M>
-inline Wide gain_damping(double g, const LaneSystem& s, Wide inverse_square_sum) {
-  const Wide zero = wide(0.0), one = wide(1.0), four = wide(4.0);
-  const Wide sg = wide(g) / square_root(inverse_square_sum);
-  Wide part = select(sg >= one, zero, select(sg <= wide(0.5), one, four * sg * (one - sg)));
-  Wide largest = zero, excess = zero;
-  for (int j = 0; j < s.k; ++j) {
-    const Wide up = magnitude(s.upper[j]), down = magnitude(s.lower[j]);
-    largest = select(s.works[j] & (up < wide(infinity())), larger(largest, up), largest);
-    largest = select(s.works[j] & (down < wide(infinity())), larger(largest, down), largest);
-    excess = select(s.works[j], larger(excess, larger(s.z[j] - s.upper[j], s.lower[j] - s.z[j])), excess);
-  }
-  const Wide ramp = wide(kBoundRamp) * largest;
-  part = select(excess > zero, larger(part, select(excess < ramp, excess / ramp, one)), part);
-  return part / wide(4.0 * g * g);
-}
-
 // LeastError's search in the lanes of `where`, from the pseudoinverse in s.z. Returns the lanes that were answered.
 template <int M>
 inline STILLREACH_NOINLINE Lanes search_box(const LaneProblem& p, LaneSystem& s, Lanes where, Wide kappa, const LaneInner<M>& in,
@@ -115,7 +97,20 @@ inline STILLREACH_NOINLINE Lanes search_box(const LaneProblem& p, LaneSystem& s,
   return found;
 }
 
-// deep: also the lanes whose bounds bite, or that are damped.
+// affordable() of price.hpp.
+template <int M>
+inline Lanes affordable(const LawSettings& law, Wide typical, const Wide* dual) {
+  Wide square[kParts] = {wide(0.0), wide(0.0), wide(0.0)};
+  for (int r = 0; r < M; ++r) square[law.part[r]] = madd(dual[r], dual[r], square[law.part[r]]);
+  Lanes all = every_lane();
+  for (int g = 0; g < law.parts; ++g) {
+    const Wide most = wide(law.price[g]) * typical;
+    all &= square[g] <= most * most;
+  }
+  return all;
+}
+
+// deep: also the lanes whose bounds bite, without prices.
 template <int M>
 inline Lanes finish_bounded(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Lanes good, bool deep, const LaneInner<M>& in,
                            LaneAnswer& out) {
@@ -126,14 +121,12 @@ inline Lanes finish_bounded(const LawSettings& law, const LaneProblem& p, LaneSy
     const Wide rate = s.scale[j] * (s.z[j] + wide(0.0));
     out.rates[i] = select(s.works[j], clamp(select(is_finite(rate), rate, wide(0.0)), p.lower[i], p.upper[i]), out.rates[i]);
   }
-  if (law.kind == LEAST_ERROR && law.max_gain > 0.0)  // no damping where the gain is below its limit
-    good &= ~s.narrow, inside &= wide(law.max_gain) / square_root(in.factor.inverse_trace) >= wide(1.0);
+  if (law.kind == LEAST_ERROR && law.parts > 0) return good & inside & affordable<M>(law, p.typical, in.dual);
   const Lanes search = good & ~inside;
   if (!any(search)) return good;
   good &= inside;
   if (!deep || law.kind != LEAST_ERROR) return good;
-  const Wide kappa = law.max_gain > 0.0 ? gain_damping<M>(law.max_gain, s, in.factor.inverse_trace) : wide(0.0);
-  return good | search_box<M>(p, s, search, kappa, in, out);
+  return good | search_box<M>(p, s, search, wide(0.0), in, out);
 }
 
 // Before solve_lanes(), where the bounds are new.
@@ -154,7 +147,8 @@ inline Lanes solve_lanes(const LawSettings& law, const LaneProblem& p, bool deep
   const bool scaled = robust || p.metric.columns;
   weigh_columns<M>(p, scaled, s);
   LaneInner<M> in;
-  good &= solve_wide<M>(s.column, s.k, s.rhs, wide(robust && law.damping == DAMPING_NUMBER ? law.kappa : 0.0), s.z, in);
+  good &= solve_wide<M>(s.column, s.k, s.rhs, wide(robust && law.damping == DAMPING_NUMBER ? law.kappa : 0.0), s.z, in,
+                       law.kind == LEAST_ERROR && law.parts > 0 ? kPricedCondition : kPlainCondition);
   good &= ordinary<M>(in.factor.trace, s.rhs);
   if (law.kind == PSEUDOINVERSE)
     good = finish_pseudoinverse<M>(p, s, good, out);

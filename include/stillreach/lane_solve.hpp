@@ -82,13 +82,14 @@ inline STILLREACH_NOINLINE void refine(const Wide* const* column, int count, con
 
 // rhs: M. z: count. Returns the lanes where the route can be trusted; the others hold nothing.
 template <int M>
-STILLREACH_INLINE Lanes solve_wide(const Wide* const* column, int count, const Wide* rhs, Wide kappa, Wide* z, LaneInner<M>& in) {
+STILLREACH_INLINE Lanes solve_wide(const Wide* const* column, int count, const Wide* rhs, Wide kappa, Wide* z, LaneInner<M>& in,
+                                   double plain = kPlainCondition) {
   gram<M>(column, count, kappa, in.factor);
   in.condition = factor<M, Wide>(in.factor);
   const Lanes trusted = in.condition <= wide(kRefinedCondition);
   solve<M, Wide>(in.factor, rhs, in.dual);
   for (int i = 0; i < count; ++i) z[i] = dot<M>(column[i], in.dual);
-  const Lanes once = trusted & (in.condition > wide(kPlainCondition));
+  const Lanes once = trusted & (in.condition > wide(plain));
   if (any(once)) {
     refine<M>(column, count, rhs, kappa, once, z, in);
     const Lanes twice = trusted & (in.condition > wide(kTwiceCondition));

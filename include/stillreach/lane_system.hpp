@@ -14,6 +14,7 @@ struct LaneProblem {
   const Wide* lower;  // n
   const Wide* upper;  // n
   Metric metric;      // without a full joint weight
+  Wide typical = Wide{};  // typical_rate()
 };
 
 struct LaneAnswer {
@@ -31,7 +32,6 @@ struct LaneSystem {
   bool moves;      // some fixed joint moves
   bool even;       // working joints' bounds are the same on both sides (known to the damping laws)
   Wide working;    // how many work, lane by lane
-  Lanes narrow;     // lanes with a window that is narrow beside the widest
   int* joint;      // k
   Lanes* works;     // k
   const Wide** column;  // k: M numbers each, weighted, zeros in lanes where the joint does not work
@@ -78,13 +78,8 @@ inline void find_working_joints(const LaneProblem& p, LaneSystem& s, Wide* rates
     s.top[s.k] = p.upper[i] - small * magnitude(p.upper[i]), s.bottom[s.k] = p.lower[i] + small * magnitude(p.lower[i]);
     s.joint[s.k] = i, s.works[s.k] = works, ++s.k;
   }
-  Wide least = wide(infinity()), most = s.working = wide(0.0);
-  for (int j = 0; j < s.k; ++j) {
-    const Wide upper = p.upper[s.joint[j]] / s.scale[j], width = upper - p.lower[s.joint[j]] / s.scale[j];
-    s.working += select(s.works[j], wide(1.0), wide(0.0));
-    least = select(s.works[j], smaller(least, width), least), most = select(s.works[j], larger(most, width), most);
-  }
-  s.narrow = least < wide(kNarrow) * most;
+  s.working = wide(0.0);
+  for (int j = 0; j < s.k; ++j) s.working += select(s.works[j], wide(1.0), wide(0.0));
 }
 
 // The twist less what the fixed joints do, weighted.

@@ -23,7 +23,7 @@ inline bool can_stand_still(Rows<M> m, const LawSettings& law, const Problem& p,
   const double still[kRows] = {0, 0, 0, 0, 0, 0};
   double residual[kRows];
   LawSettings bare = law;
-  bare.kind = LEAST_ERROR, bare.max_gain = 0.0;
+  bare.kind = LEAST_ERROR, bare.parts = 0;
   Problem stand = p;
   stand.twist = still, stand.reference = nullptr;
   Answer out{w.other, residual, w.other_active, nullptr, OK, 0, 0.0, 0.0, 0.0};

@@ -1,14 +1,13 @@
-// LeastError: the least weighted task error inside the bounds, then the rates nearest to the reference; with max_gain g
-// damped by kappa <= 1 / (4 g^2) where the bounds or a singularity are near.
+// LeastError: inside the bounds the least of sum_g Y_g |task error of part g| + |rates - reference|^2 / 2 (price_search.hpp), or bare the
+// least weighted task error, then the rates nearest to the reference.
 #pragma once
 
-#include "careful.hpp"
+#include "price_search.hpp"
 #include "pseudoinverse.hpp"
 
 STILLREACH_BEGIN
 
 constexpr double kLeftOut = 100.0;      // by this factor what is kept exceeds what the rank tolerance leaves out
-constexpr double kBoundRamp = 0.5;      // damping is full where the pseudoinverse exceeds a bound by this part of the largest
 
 // Under a full joint weight W fixed joints that are off their reference pull at the others: nearest to the reference is then
 // nearest to reference - W_ww^-1 W_wf (rates_f - reference_f).
@@ -37,11 +36,8 @@ inline void pull_reference(const Problem& p, const System& s, const double* rate
 template <int M>
 inline Box make_box(Rows<M> m, const LawSettings& law, const Problem& p, System& s, const double* rates, Workspace& w, double* rhs) {
   for (int r = 0; r < kStride; ++r) rhs[r] = s.rhs[r];
-  // Damping pulls towards the reference: only the part of it that does not move the tool may do so. (Without damping the
-  // rest of it has no say: J dq is settled first.)
-  if (p.reference && law.max_gain > 0.0) project_reference(m, p, s, law.rank_tolerance, false, w, w.offset);
   for (int j = 0; j < s.k; ++j) {
-    if (!p.reference || !(law.max_gain > 0.0)) w.offset[j] = p.reference ? p.reference[w.joint[j]] / w.scale[j] : 0.0;
+    w.offset[j] = p.reference ? p.reference[w.joint[j]] / w.scale[j] : 0.0;
     if (!is_finite(w.offset[j])) w.offset[j] = 0.0;
   }
   if (s.full) {
@@ -58,7 +54,8 @@ inline Box make_box(Rows<M> m, const LawSettings& law, const Problem& p, System&
   b.k = s.k, b.columns = w.columns, b.length = w.length, b.lower = w.lower, b.upper = w.upper, b.kappa = 0.0, b.threshold = law.rank_tolerance;
   b.weight = s.full ? w.weight : nullptr, b.whitened = w.whitened, b.triangle = w.triangle;
   b.z = w.z, b.state = w.state, b.target = w.target, b.work = w.work, b.index = w.index, b.releases = w.releases;
-  b.dependent = b.whole = 0.0, b.safe = kTwiceCondition, b.iterations = 0, b.capped = b.doubtful = false;
+  b.dependent = b.whole = 0.0, b.plain = law.kind == LEAST_ERROR && law.parts > 0 ? kPricedCondition : kPlainCondition;
+  b.safe = kTwiceCondition, b.iterations = 0, b.capped = b.doubtful = false;
   return b;
 }
 
@@ -97,78 +94,6 @@ inline int reduce_rows(Rows<M> m, const Spectrum& s, double* columns, Box& b, do
   // What was left out counts little only beside singular values well above it.
   if (s.rank < s.count) b.dependent = smaller(larger(b.dependent, kLeftOut * s.sigma[s.rank]), -10.0 * b.threshold);
   return rank;
-}
-
-// Part of the largest damping, 1 / (4 g^2), for max_gain g: 0 where the targets are inside the bounds and the gain is below g;
-// else rising with the gain, just fast enough to keep the damped gain at g, or with the excess over the bounds. target[j]
-// belongs to index[j], or to j where index is null.
-STILLREACH_INLINE double damping_part(double g, const Box& b, const int* index, int count, double inverse_square_sum) {
-  const double sg = g / square_root(inverse_square_sum);  // g times a smooth lower bound of the smallest singular value
-  double part = sg >= 1.0 ? 0.0 : sg <= 0.5 ? 1.0 : 4.0 * sg * (1.0 - sg);
-  double largest = 0.0, excess = 0.0;
-  for (int j = 0; j < count; ++j) {
-    const int i = index ? index[j] : j;
-    const double up = magnitude(b.upper[i]), down = magnitude(b.lower[i]);
-    if (up < infinity()) largest = larger(largest, up);
-    if (down < infinity()) largest = larger(largest, down);
-    excess = larger(excess, larger(b.target[j] - b.upper[i], b.lower[i] - b.target[j]));
-  }
-  if (excess > 0.0) part = larger(part, excess < kBoundRamp * largest ? excess / (kBoundRamp * largest) : 1.0);
-  return part;
-}
-
-// Whether some window between two bounds is narrow beside the widest. An infinite one is wide.
-STILLREACH_INLINE bool any_narrow(const Box& b) {
-  if (b.k < 4) {
-    double least = infinity(), most = 0.0;
-    for (int j = 0; j < b.k; ++j) least = smaller(least, b.upper[j] - b.lower[j]), most = larger(most, b.upper[j] - b.lower[j]);
-    return least < kNarrow * most;
-  }
-  Pack least = load(b.upper) - load(b.lower), most = least;
-  for (int next = 4; next < b.k; next += 4) {  // the last four may overlap those before
-    const int j = next + 4 <= b.k ? next : b.k - 4;
-    const Pack width = load(b.upper + j) - load(b.lower + j);
-    least = choose(least < width, least, width), most = choose(most > width, most, width);
-  }
-  const double low = smaller(smaller(least[0], least[1]), smaller(least[2], least[3]));
-  return low < kNarrow * larger(larger(most[0], most[1]), larger(most[2], most[3]));
-}
-
-// Joints with narrow windows count the less the narrower these are, so that the damping has no jump where a window closes and
-// its joint is one of the fixed. With the shares s1 <= s2 <= ... of the narrow ones, the part is that of all joints, s1 times,
-// of all but the first, s2 - s1 times, and so on. all: the part with all joints. Leaves b.state zeros, b.target as it was.
-template <int M>
-inline STILLREACH_NOINLINE double faded_part(Rows<M> m, double g, const double* rhs, Workspace& w, Box& b, double all) {
-  double widest = 0.0, fastest = 0.0, *share = w.shapes, *target = w.shapes + b.k;
-  bool endless = false;
-  for (int i = 0; i < b.k; ++i) {
-    const double width = b.upper[i] - b.lower[i];
-    target[i] = b.target[i], fastest = larger(fastest, magnitude(target[i]));
-    endless |= width == infinity();
-    if (width < infinity()) widest = larger(widest, width);
-  }
-  if (endless) widest = larger(widest, 2.0 * fastest);
-  int narrow = 0, *order = b.releases;
-  for (int i = 0; i < b.k; ++i) {
-    share[i] = (b.upper[i] - b.lower[i]) / (kNarrow * widest);
-    if (!(share[i] < 1.0)) continue;
-    int at = narrow++;
-    for (; at > 0 && share[order[at - 1]] > share[i]; --at) order[at] = order[at - 1];
-    order[at] = i;
-  }
-  if (narrow == 0) return all;
-  double part = share[order[0]] * all;
-  Inner in;
-  for (int r = 0; r < narrow; ++r) {
-    const int i = order[r];
-    const double gap = (r + 1 < narrow ? share[order[r + 1]] : 1.0) - share[i];
-    b.state[i] = 1, b.z[i] = 0.5 * (b.lower[i] + b.upper[i]);
-    if (!(gap > 0.0)) continue;
-    const int free = solve_free(m, b, rhs, in);
-    part = madd(gap, damping_part(g, b, b.index, free, in.inverse_square_sum), part);
-  }
-  for (int i = 0; i < b.k; ++i) b.state[i] = 0, b.target[i] = target[i];
-  return part;
 }
 
 // From scaled rates relative to the reference to rates inside the bounds; those at a bound get it exactly.
@@ -223,36 +148,138 @@ inline void least_error_in_box(Rows<M> m, const double* rhs, bool solved, const 
   if (b.doubtful && b.kappa == 0.0) settle_box(m, rhs, b, in);
 }
 
+// The bare optimum; `in` and b.target hold the pseudoinverse, which leaves the bounds.
+template <int M>
+inline void bare_optimum(Rows<M> m, const System& s, double* rhs, Workspace& w, Box& b, Inner& in, Answer& out) {
+  measure_columns(m, s, w);
+  if (out.status & SINGULAR) {
+    const Rows<0> rank{reduce_rows(m, in.spectrum, w.columns, b, rhs)};
+    least_error_in_box(rank, rhs, false, out.active, w, b, in);
+  } else {
+    least_error_in_box(m, rhs, true, out.active, w, b, in);
+  }
+}
+
+// The prices in the units of the scaled columns. Where those are extreme, all that is in units of the rates is multiplied by a power of
+// two, and of a twist far beyond what the box can do only the direction counts.
+template <int M>
+inline Priced make_priced(Rows<M> m, const LawSettings& law, const Problem& p, System& s, double* rhs, Workspace& w) {
+  Priced d;
+  d.parts = law.parts, d.part = law.part;
+  const double typical = p.typical < 0.0 ? typical_rate(p.n, p.lower, p.upper, p.metric) : p.typical;
+  double unit = s.unit_a * s.unit_a / s.unit_b, most = 0.0;
+  for (int g = 0; g < d.parts; ++g) most = larger(most, law.price[g] * typical);
+  if (most > 0.0 && !(most * unit > 1e-30 && most * unit < 1e30)) {
+    const double factor = 1.0 / power_of_two_near(clamp(most * unit, 1e-300, 1e300));
+    double size = 0.0;
+    for (int r = 0; r < m(); ++r) rhs[r] *= factor, size = larger(size, magnitude(rhs[r]));
+    for (int r = 0; r < m() && size > 1e60; ++r) rhs[r] *= 1.0 / power_of_two_near(size * 1e-60);
+    for (int j = 0; j < s.k; ++j) w.lower[j] *= factor, w.upper[j] *= factor, w.offset[j] *= factor, w.scale[j] /= factor;
+    s.unit_b /= factor, unit *= factor;
+  }
+  for (int g = 0; g < d.parts; ++g) d.most[g] = law.price[g] * typical * unit, d.kappa[g] = d.least[g] = 0.0;
+  return d;
+}
+
+// Where the search for the multiplier starts: a tick ago, or at 0.
+template <int M>
+inline void start_price(Rows<M> m, const System& s, const Multiplier* last, Priced& d) {
+  const double unit = s.unit_a * s.unit_a / s.unit_b;
+  const bool warm = last && last->known;
+  for (int r = 0; r < kStride; ++r) d.u[r] = warm && r < m() ? last->u[r] * unit : 0.0;
+  for (int g = 0; g < d.parts; ++g) d.kappa[g] = warm ? last->kappa[g] / (s.unit_a * s.unit_a) : 0.0;
+  if (warm) afford(m, d, d.u);
+}
+
+template <int M>
+inline void keep_multiplier(Rows<M> m, const System& s, const Priced& d, const double* u, Multiplier* to) {
+  if (!to) return;
+  const double unit = s.unit_b / (s.unit_a * s.unit_a);
+  for (int r = 0; r < kRows; ++r) to->u[r] = r < m() ? u[r] * unit : 0.0;
+  for (int g = 0; g < kParts; ++g) to->kappa[g] = g < d.parts ? d.kappa[g] * s.unit_a * s.unit_a : 0.0;
+  to->known = 1;
+}
+
+// The largest damping whose error is more than rounding, or 0.
+template <int M>
+inline double damping_that_counts(Rows<M> m, const double* rhs, const Box& b, const Priced& d) {
+  double size = size_of(m, rhs), kappa = 0.0;
+  for (int j = 0; j < b.k; ++j) size = larger(size, magnitude(b.z[j]) * size_of(m, b.columns + j * kStride));
+  for (int g = 0; g < d.parts; ++g)
+    if (d.kappa[g] * d.most[g] > kRounding * size) kappa = larger(kappa, d.kappa[g]);
+  return kappa;
+}
+
+// law.ceiling times the typical rate, in the units of the scaled right-hand side.
+inline double ceiling_of(const LawSettings& law, const System& s, const Priced& d) {
+  return law.ceiling * (d.most[law.capped] / law.price[law.capped]) / (s.unit_a * s.unit_a);
+}
+
+// An error of the capped part beyond its ceiling: its price rises until the ceiling holds, at most to `beyond`. The error falls as the
+// price rises, and is continuous in it.
+template <int M>
+inline void keep_ceiling(Rows<M> m, const LawSettings& law, const double* rhs, double ceiling, Box& b, Workspace& w, Priced& d) {
+  const int g = law.capped;
+  const auto excess = [&] {
+    double e[kStride], own[kRows];
+    residual_of(b.columns, nullptr, b.k, rhs, b.z, e);
+    only_part(m, d, g, e, own);
+    return size_of(m, own) - ceiling;
+  };
+  const auto search = [&](double most) {
+    d.most[g] = most;
+    afford(m, d, d.u);
+    search_price(m, rhs, b, w, d);
+    return excess();
+  };
+  double low = d.most[g], high = low * (law.beyond / law.price[g]), above = excess();
+  if (!(above > 1e-12 * ceiling)) return;
+  double below = search(high);
+  for (int step = 0, side = 0; step < 40 && below < 0.0; ++step) {  // the Illinois method
+    const double middle = clamp(low + (high - low) * (above / (above - below)), low, high), there = search(middle);
+    if (magnitude(there) <= 1e-13 * ceiling || !(middle > low && middle < high)) return;
+    if (there > 0.0) {
+      low = middle, above = there;
+      if (side > 0) below *= 0.5;
+      side = 1;
+    } else {
+      high = middle, below = there;
+      if (side < 0) above *= 0.5;
+      side = -1;
+    }
+  }
+}
+
 template <int M>
 inline void least_error(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
   System s;
-  if (!prepare(m, p, w, out, s)) return;
+  if (!prepare(m, p, w, out, s)) {
+    if (out.multiplier) *out.multiplier = {};
+    return;
+  }
   double rhs[kStride];
   Box b = make_box(m, law, p, s, out.rates, w, rhs);
+  Priced d;
+  if (law.parts > 0) d = make_priced(m, law, p, s, rhs, w);
   Inner in;
   const bool inside_all = solve_unbounded(m, rhs, b, in);
   if (in.rank < (s.k < m() ? s.k : m())) out.status |= SINGULAR;
-  if (law.max_gain > 0.0) {
-    const double g = law.max_gain * s.unit_a;
-    double part = damping_part(g, b, nullptr, s.k, in.inverse_square_sum);
-    if (any_narrow(b)) part = faded_part(m, g, rhs, w, b, part);
-    b.kappa = part / (4.0 * g * g);
-  }
-  if (inside_all && b.kappa == 0.0) {
+  const bool plain = law.parts == 0 || (size_of(m, in.residual) <= kRounding * size_of(m, rhs) && affordable(m, d, in.dual));
+  if (inside_all && plain) {
     for (int j = 0; j < s.k; ++j) b.z[j] = b.target[j];
+    if (law.parts > 0) keep_multiplier(m, s, d, in.dual, out.multiplier);
+  } else if (law.parts == 0) {
+    bare_optimum(m, s, rhs, w, b, in, out);
   } else {
-    measure_columns(m, s, w);
-    if (out.status & SINGULAR) {
-      const Rows<0> rank{reduce_rows(m, in.spectrum, w.columns, b, rhs)};
-      least_error_in_box(rank, rhs, false, out.active, w, b, in);
-    } else {
-      least_error_in_box(m, rhs, true, out.active, w, b, in);
-    }
-    if (b.capped) out.status |= ITERATION_LIMIT;
+    start_price(m, s, out.multiplier, d);
+    search_price(m, rhs, b, w, d);
+    if (law.capped >= 0) keep_ceiling(m, law, rhs, ceiling_of(law, s, d), b, w, d);
+    out.damping = damping_that_counts(m, rhs, b, d) * s.unit_a * s.unit_a;
+    keep_multiplier(m, s, d, d.u, out.multiplier);
+    if (out.damping > 0.0) out.status |= DAMPED;
   }
+  if (b.capped) out.status |= ITERATION_LIMIT;
   out.iterations = b.iterations;
-  out.damping = b.kappa * s.unit_a * s.unit_a;
-  if (b.kappa > 0.0) out.status |= DAMPED;
   write_rates(p, b, w, out.rates);
   report(m, p, out);
 }

@@ -83,6 +83,26 @@ inline void solve_triangle(int k, const double* L, bool transposed, int count, d
   }
 }
 
+constexpr double kEndless = 2.0;  // [rad/s, m/s] what a joint without a rate limit counts as
+
+// The second largest rate limit in weighted units (the largest where there is no second): one generous joint changes nothing.
+struct TypicalRate {
+  double largest = 0.0, second = 0.0;
+  STILLREACH_INLINE void add(const Metric& metric, int n, int i, double limit) {
+    const double own = metric.joints ? square_root(metric.joints[static_cast<std::size_t>(i) * n + i]) : 1.0;
+    const double rate = (limit < infinity() ? limit : kEndless) * own / (metric.columns ? metric.columns[i] : 1.0);
+    second = larger(second, smaller(largest, rate)), largest = larger(largest, rate);
+  }
+  STILLREACH_INLINE double value() const { return second > 0.0 ? second : largest; }
+};
+
+inline double typical_rate(int n, const double* lower, const double* upper, const Metric& metric) {
+  TypicalRate typical;
+  for (int i = 0; i < n; ++i)
+    if (lower[i] < upper[i]) typical.add(metric, n, i, larger(magnitude(lower[i]), magnitude(upper[i])));
+  return typical.value();
+}
+
 // a = scale R J_i, with zeros behind.
 template <int M>
 STILLREACH_INLINE void weighted_column(Rows<M> m, const double* R, const double* column, double scale, double* a) {
@@ -186,7 +206,6 @@ STILLREACH_INLINE void task_residual(Rows<M> m, const Problem& p, const double* 
     for (int r = 0; r < m(); ++r) e[r] = madd(-p.jacobian[i * m() + r], rates[i], e[r]);
 }
 
-constexpr double kNarrow = 0.01;       // part of the widest window between bounds below which one is narrow
 constexpr double kCompensated = 1e-9;  // relative task error from which on a runaway joint counts as not compensated
 
 // Where a fixed joint moves, and the task is not met: the others may be unable to make up for it.

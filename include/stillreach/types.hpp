@@ -60,13 +60,19 @@ enum LawKind : int { PSEUDOINVERSE = 0, SINGULARITY_ROBUST = 1, LEAST_ERROR = 2,
 enum DampingKind : int { DAMPING_NUMBER = 0, DAMPING_CLOSED_FORM = 1, DAMPING_EXACT = 2 };
 enum NormKind : int { NORM_INF = 0, NORM_2 = 1 };
 
+constexpr int kParts = 3;  // most parts of a task with prices of their own
+
 struct LawSettings {
   int kind;
   int damping;           // SingularityRobust: DampingKind
   int norm;              // SingularityRobust: NormKind
   double kappa;          // SingularityRobust: the number for DAMPING_NUMBER
   double rank_tolerance; // relative to the largest singular value of the working joints' weighted Jacobian
-  double max_gain;       // LeastError: largest gain from twist to rates, weighted units; <= 0 means none
+  int parts;             // LeastError: parts of the task with a price each; 0: the bare optimum
+  std::int8_t part[6];   // of each task row
+  double price[kParts];  // Y = price times a typical rate of the working joints
+  int capped;            // the part whose error beyond `ceiling` times that rate costs the price `beyond`, or -1
+  double ceiling, beyond;
 };
 
 // Units and weights of the least-squares problem. Null pointers mean identity.
@@ -87,6 +93,14 @@ struct Problem {
   const double* upper;      // n
   const double* reference;  // n or null: the rates to stay near
   Metric metric;
+  double typical = -1.0;    // typical_rate() of the working joints' rate limits; below 0: of these bounds
+};
+
+// What LeastError's search ended at, in weighted units: rates - reference = W2^-1 J'R'u inside the bounds, |u| <= Y for each part.
+struct Multiplier {
+  double u[6];           // m
+  double kappa[kParts];  // of each part: |error| / Y, in the units of J J'
+  int known;             // 0: nothing
 };
 
 // The answer. Pointers are the caller's memory.
@@ -100,6 +114,7 @@ struct Answer {
   double damping;
   double scale;
   double task_error;    // weighted norm of the residual
+  Multiplier* multiplier = nullptr;  // or null: LeastError's (in: warm start of the next tick)
 };
 
 }  // namespace stillreach

@@ -15,6 +15,7 @@ from stillreach.arm import Arm
 from stillreach.bounds import Bounds
 from stillreach.errors import InputError
 from stillreach.laws import Law
+from stillreach.laws.law import row_names
 from stillreach.task import Task, task_of
 
 
@@ -71,6 +72,7 @@ def solve_batch(
     out: npt.ArrayLike | None = None,
     row_kinds: str | None = None,
     joint_kinds: str | None = None,
+    length: float | None = None,
     threads: int | None = None,
 ) -> BatchSolution:
     """The best joint rates of N independent rows; each is what ``law.solve`` gives for it alone, to the last bit.
@@ -95,6 +97,7 @@ def solve_batch(
             input.
         row_kinds: with ``jacobians`` of m != 6 rows: v for a row in m/s, w for one in rad/s.
         joint_kinds: with ``jacobians`` and no arm: R or P for each joint; None: all revolute.
+        length: [m] with ``jacobians`` and no arm: a length typical of the arm, where the law has a price for v rows alone.
         threads: how many to use, up to 1024; None: the environment's STILLREACH_THREADS, or the processors at hand.
             Answers do not depend on it.
 
@@ -106,9 +109,9 @@ def solve_batch(
     problem = (
         _of_configurations(arm, law, q, twist, task, row_kinds, joint_kinds)
         if jacobians is None
-        else _of_jacobians(arm, law, q, jacobians, twist, task, row_kinds, joint_kinds)
+        else _of_jacobians(arm, law, q, jacobians, twist, task, row_kinds, joint_kinds, length)
     )
-    metric, model, rows, tool_axes, given = problem
+    settings, metric, model, rows, tool_axes, given = problem
     source = given["q"] if model is not None else given["jacobians"]
     count, m, n = len(source), len(rows), source.shape[-1]
     given["lower"], given["upper"] = bounds_of_rows(bounds, count, n)
@@ -117,13 +120,13 @@ def solve_batch(
     given |= _last(arm, model, last_rates, period, count, n)
     answers = _answers(want, model is not None, count, m, n)
     answers["rates"] = np.empty((count, n)) if out is None else _apart("out", out, given)
-    _core.solve_batch(law.core(), metric, model, rows, tool_axes, count, given, answers, threads_of(threads))
+    _core.solve_batch(settings, metric, model, rows, tool_axes, count, given, answers, threads_of(threads))
     return BatchSolution(**answers)
 
 
 def _of_configurations(
     arm: Any, law: Law, q: Any, twist: Any, task: Task | None, row_kinds: str | None, joint_kinds: str | None
-) -> tuple[_core.Metric, _core.ArmModel | None, tuple[int, ...], bool, dict[str, Any]]:
+) -> tuple[_core.Law, _core.Metric, _core.ArmModel | None, tuple[int, ...], bool, dict[str, Any]]:
     """Metric, arm, task rows, whether they are the tool's, and the arrays of a call with configurations."""
     if not isinstance(arm, Arm):
         raise InputError("arm", _door.describe(arm), "stillreach.Arm (or jacobians=)")
@@ -135,12 +138,21 @@ def _of_configurations(
     if points.ndim != 2 or points.shape[1] != arm.n:
         raise InputError("q", _door.describe(points), f"an array (N, {arm.n}) of joint values")
     given = {"q": points, "twist": _rows("twist", twist, len(points), 6)}
-    return metric, model, asked.indices, asked.frame == "tool", given
+    settings = law.core(asked.row_names, arm.reach, asked.weights)
+    return settings, metric, model, asked.indices, asked.frame == "tool", given
 
 
 def _of_jacobians(
-    arm: Any, law: Law, q: Any, jacobians: Any, twist: Any, task: Any, row_kinds: str | None, joint_kinds: str | None
-) -> tuple[_core.Metric, _core.ArmModel | None, tuple[int, ...], bool, dict[str, Any]]:
+    arm: Any,
+    law: Law,
+    q: Any,
+    jacobians: Any,
+    twist: Any,
+    task: Any,
+    row_kinds: str | None,
+    joint_kinds: str | None,
+    length: float | None,
+) -> tuple[_core.Law, _core.Metric, _core.ArmModel | None, tuple[int, ...], bool, dict[str, Any]]:
     """The same of a call with Jacobians."""
     for name, value in (("q", q), ("task", task)):
         if value is not None:
@@ -154,7 +166,9 @@ def _of_jacobians(
             raise InputError("arm", _door.describe(arm), f"None or an arm of {n} joints, as the Jacobians have columns")
         joint_kinds = "".join("P" if joint.kind == "prismatic" else "R" for joint in arm.joints)
     metric = law._metric(m, n, row_kinds, joint_kinds)
-    return metric, None, tuple(range(m)), False, {"jacobians": matrices, "twist": _rows("twist", twist, count, m)}
+    reach = arm.reach if length is None and arm is not None else length
+    settings = law.core(row_names(m, row_kinds), reach)
+    return settings, metric, None, tuple(range(m)), False, {"jacobians": matrices, "twist": _rows("twist", twist, count, m)}
 
 
 def bounds_of_rows(bounds: Any, count: int, n: int) -> tuple[FloatArray, FloatArray]:

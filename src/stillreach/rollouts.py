@@ -110,7 +110,7 @@ def rollout_batch(
         given |= motion_limits(arm)
     answers = _answers(record, count, -(-total // interval), arm.n)
     _core.rollout_batch(
-        law.core(),
+        law.core(asked.row_names, arm.reach, asked.weights),
         metric,
         model,
         asked.indices,

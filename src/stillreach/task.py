@@ -163,6 +163,11 @@ class Task:
             raise InputError("weights", _door.describe(self.weights), "stillreach.Weights")
 
     @property
+    def row_names(self) -> tuple[str, ...]:
+        """Names of the rows, among vx, vy, vz, wx, wy, wz."""
+        return tuple("vvvwww"[i] + "xyz"[i % 3] for i in self.indices)
+
+    @property
     def m(self) -> int:
         """Number of task rows."""
         return len(self.indices)

@@ -46,8 +46,8 @@ LAWS = {
     "closed-form damping": _robust("closed-form", of_vectors=True),
     "closed-form damping, 2-norm": _robust("closed-form", "2"),
     "least error": Contract(sr.LeastError, optimal="error"),
-    "least error, gain 1": Contract(partial(sr.LeastError, max_gain=1.0), optimal="error"),
-    "least error, bare": Contract(partial(sr.LeastError, max_gain=None), optimal="error", continuous=False),
+    "least error, price 8": Contract(partial(sr.LeastError, price=8.0), optimal="error"),
+    "least error, bare": Contract(partial(sr.LeastError, price=None), optimal="error", continuous=False),
     "keep direction": Contract(sr.KeepDirection, optimal="scale", continuous=False),
 }
 

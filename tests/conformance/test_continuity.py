@@ -13,7 +13,7 @@ from stillreach import _core
 from tests.conformance.registry import ARMS
 
 GAIN = 10.0
-DAMPED, BARE = sr.LeastError(max_gain=GAIN), sr.LeastError(max_gain=None)
+PRICED, BARE = sr.LeastError(), sr.LeastError(price=None)
 STEPS, LOOKS, HALVINGS = 2000, 5, 34
 LIMIT = np.deg2rad(50.0)
 
@@ -39,7 +39,7 @@ def walk(law, question):
     """question(t) -> J, twist, lower, upper for t from 0 to 1, each asked from cold, past the door's checks."""
     j, *_ = question(0.0)
     settings, metric = law.core(), sr.Weights().metric([True] * j.shape[0], [False] * j.shape[1])
-    ask = lambda t: _core.solve(settings, metric, *question(t), None, None)  # noqa: E731
+    ask = lambda t: _core.solve(settings, metric, *question(t), None, None, -1.0)  # noqa: E731
     times = np.linspace(0.0, 1.0, STEPS + 1)
     answers = [ask(t) for t in times]
     moves = np.linalg.norm(np.diff([answer.rates for answer in answers], axis=0), axis=1)
@@ -105,7 +105,7 @@ def line(seed, kind, arm_name="paper"):
 
 SEEDS = (0, 1, 3)
 KINDS = ("twist", "q", "bounds", "a window", "pose to pose")
-LINES = [("least error", DAMPED, kind, seed) for kind in KINDS for seed in SEEDS]
+LINES = [("least error", PRICED, kind, seed) for kind in KINDS for seed in SEEDS]
 LINES += [("keep direction", sr.KeepDirection(), "twist", seed) for seed in SEEDS]
 
 
@@ -134,10 +134,10 @@ def tilted(law, tilt):
 
 def test_the_bare_optimum_flips_a_joint_for_next_to_nothing_and_the_gain_cures_it(capsys):
     bare = [tilted(BARE, tilt) for tilt in (-1e-6, 1e-6)]
-    damped = [tilted(DAMPED, tilt) for tilt in (-1e-6, 1e-6)]
+    damped = [tilted(PRICED, tilt) for tilt in (-1e-6, 1e-6)]
     j4 = np.rad2deg([[answer.rates[3] for answer in pair] for pair in (bare, damped)])
     with capsys.disabled():
-        print(f"\n  j4 at rolls of -1e-6 and 1e-6 rad [deg/s]: bare {j4[0].round(3)}, with max_gain {j4[1].round(3)}")
+        print(f"\n  j4 at rolls of -1e-6 and 1e-6 rad [deg/s]: bare {j4[0].round(3)}, with a price {j4[1].round(3)}")
     assert np.allclose(np.sort(j4[0]), [-50.0, 50.0])
     assert abs(bare[0].task_error - bare[1].task_error) < 1e-5
     assert np.max(np.abs(damped[0].rates - damped[1].rates)) < 1e-3
@@ -152,4 +152,4 @@ def test_a_walk_sees_a_jump():
         return arm.jacobian(q), np.array([0.0, 6, 0, 0, 0, 0]), np.full(11, -LIMIT), np.full(11, LIMIT)
 
     assert walk(BARE, across_the_flip).jump > 1.0
-    assert walk(DAMPED, across_the_flip).jump < 1e-6
+    assert walk(PRICED, across_the_flip).jump < 1e-6

@@ -45,7 +45,7 @@ def test_what_the_straight_arm_lost_is_told(law, failed):
 @pytest.mark.parametrize("angle", [1e-3, -1e-3])
 def test_beside_a_singularity_no_joint_runs_for_nothing(failed, angle, capsys):
     largest, along = {}, {}
-    for name, law in {"damped": sr.LeastError(max_gain=10.0), "bare": sr.LeastError(max_gain=None)}.items():
+    for name, law in {"damped": sr.LeastError(), "bare": sr.LeastError(price=None)}.items():
         controller = sr.Controller(ARM, law=law, rate_limits=LIMIT)
         for joint in failed:
             controller.fail(joint)

@@ -36,8 +36,8 @@ struct Options {
   bool joint_matrix = false;  // a full joint weight: tridiagonal, positive definite
 };
 
-inline stillreach::LawSettings law_settings(int kind, int damping = 0, int norm = 0, double kappa = 0.0, double max_gain = 0.0) {
-  return {kind, damping, norm, kappa, 1e-10, max_gain};
+inline stillreach::LawSettings law_settings(int kind, int damping = 0, int norm = 0, double kappa = 0.0, double price = 0.0) {
+  return {kind, damping, norm, kappa, 1e-10, price > 0.0, {}, {price}, -1, 0.0, 0.0};
 }
 
 struct NamedLaw {
@@ -54,7 +54,7 @@ inline std::vector<NamedLaw> every_law() {
           {"closed form, 2-norm", law_settings(SINGULARITY_ROBUST, DAMPING_CLOSED_FORM, NORM_2), true},
           {"exact", law_settings(SINGULARITY_ROBUST, DAMPING_EXACT, NORM_INF), true},
           {"exact, 2-norm", law_settings(SINGULARITY_ROBUST, DAMPING_EXACT, NORM_2), true},
-          {"least error", law_settings(LEAST_ERROR, 0, 0, 0.0, 10.0), true},
+          {"least error", law_settings(LEAST_ERROR, 0, 0, 0.0, 80.0), true},
           {"bare least error", law_settings(LEAST_ERROR), true},
           {"keep direction", law_settings(KEEP_DIRECTION), true}};
 }

@@ -82,7 +82,7 @@ def test_the_free_run_of_example_2_does_not_notice_that_least_error_damps_near_s
     settings = {**vars(scenario), "task": sr.Task(), "rate_limits": np.deg2rad(50.0)}
     rates = [
         sr.simulate(sr.Scenario(**{**settings, "law": law})).rates
-        for law in (sr.LeastError(max_gain=10.0), sr.LeastError(max_gain=None), sr.Pseudoinverse())
+        for law in (sr.LeastError(max_gain=10.0), sr.LeastError(price=None), sr.Pseudoinverse())
     ]
     np.testing.assert_allclose(rates[0], rates[1], atol=1e-9)
     np.testing.assert_allclose(rates[0], rates[2], atol=1e-9)

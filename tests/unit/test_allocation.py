@@ -41,7 +41,7 @@ LAWS = {
     "SingularityRobust, closed form": sr.SingularityRobust(damping="closed-form"),
     "SingularityRobust, number": sr.SingularityRobust(damping=1e-3),
     "LeastError": sr.LeastError(),
-    "LeastError, bare": sr.LeastError(max_gain=None),
+    "LeastError, bare": sr.LeastError(price=None),
     "KeepDirection": sr.KeepDirection(),
 }
 

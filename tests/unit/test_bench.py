@@ -80,7 +80,7 @@ def test_the_optimum_is_clean(problem: Problem, optimum: np.ndarray) -> None:
 
 
 def test_stillreach_is_clean(problem: Problem) -> None:
-    law, bounds = sr.LeastError(max_gain=None), sr.Bounds.symmetric(problem.limit, n=11).lock([1, 3, 6])
+    law, bounds = sr.LeastError(price=None), sr.Bounds.symmetric(problem.limit, n=11).lock([1, 3, 6])
     rates = [law.solve(J, twist, bounds).rates for J, twist in zip(problem.jacobian, problem.twist, strict=True)]
     verdict = judge(problem, np.array(rates))
     assert verdict.clean

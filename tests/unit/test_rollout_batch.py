@@ -13,7 +13,7 @@ from stillreach import Status
 ARM = sr.arms.nasa_modular()
 LIMITED = ARM.with_limits(position=(-1.2, 1.2), acceleration=3.0)
 LAWS = (sr.Pseudoinverse(), sr.SingularityRobust(damping="exact"), sr.LeastError(), sr.KeepDirection())
-BARE = sr.LeastError(max_gain=None)
+BARE = sr.LeastError(price=None)
 PERIOD, STEPS = 0.02, 12
 RECORDS = ("q", "rates", "task_error", "status")
 EVERYTHING = (*RECORDS, "final_q", "final_rates", "worst_error", "any_status")

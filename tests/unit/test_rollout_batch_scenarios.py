@@ -14,7 +14,7 @@ ARMS = {
     "both": LIMITED,
 }
 RATE, PERIOD, STEPS, ROWS = 0.8, 0.01, 80, 6
-LAWS = (sr.LeastError(max_gain=None), sr.KeepDirection(), sr.SingularityRobust(damping="exact"))
+LAWS = (sr.LeastError(price=None), sr.KeepDirection(), sr.SingularityRobust(damping="exact"))
 """Their answers do not depend on the bounds that were active a tick ago, and hardly on rounding."""
 
 

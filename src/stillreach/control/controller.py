@@ -74,7 +74,7 @@ class Controller(ControllerCore):
         settings = null_motion_settings(null_motion, n)
         super().__init__(
             arm=model,
-            law=self._law.core(),
+            law=self._law.core(self._task.row_names, arm.reach, self._task.weights),
             metric=metric,
             rows=self._task.indices,
             tool_axes=self._task.frame == "tool",

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from stillreach import _core, _door
 from stillreach.bounds import Bounds
 from stillreach.errors import InputError
+from stillreach.laws.price import ROWS
 from stillreach.task import UNIT_WEIGHTS, Weights
 
 # LawKind of the core
@@ -39,8 +40,16 @@ class Law:
             raise InputError("rank_tolerance", f"{tolerance:g}", "a number below 1")
         object.__setattr__(self, "rank_tolerance", tolerance)
 
-    def core(self) -> _core.Law:
-        """The settings as the compiled core reads them."""
+    def core(
+        self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None
+    ) -> _core.Law:
+        """The settings as the compiled core reads them.
+
+        Args:
+            rows: names of the task's rows.
+            reach: [m] a length typical of the arm.
+            weights: those of the task, where the law has none.
+        """
         raise TypeError(f"{type(self).__name__} is a base class; use one of the laws")
 
     def solve(
@@ -53,6 +62,8 @@ class Law:
         start: npt.ArrayLike | None = None,
         row_kinds: str | None = None,
         joint_kinds: str | None = None,
+        velocity_limits: npt.ArrayLike | None = None,
+        length: float | None = None,
     ) -> _core.Solution:
         """The best joint rates for one Jacobian, from wherever it comes.
 
@@ -66,6 +77,9 @@ class Law:
             row_kinds: m letters, v for a row in m/s and w for one in rad/s; needed for m != 6 where length and angle
                 have different units in the weights.
             joint_kinds: n letters, R revolute and P prismatic; None: all revolute.
+            velocity_limits: (n,) [rad/s, m/s] of the joints, 0 for failed ones: what LeastError's price counts in; None:
+                the larger of each joint's bounds.
+            length: [m] a length typical of the arm; needed where LeastError has a price for v rows alone.
 
         Returns:
             Solution with the rates and what happened.
@@ -85,8 +99,13 @@ class Law:
         if start is not None and np.shape(start) != (n,):
             raise InputError("start", _door.describe(start), f"{n} integers, Solution.active of an earlier answer")
         metric = self._metric(m, n, row_kinds, joint_kinds)
+        typical = -1.0
+        if velocity_limits is not None:
+            limits = _door.vector("velocity_limits", velocity_limits, n, allow_inf=True, minimum=0.0)
+            typical = _core.typical_rate(metric, limits)
+        settings = self.core(row_names(m, row_kinds), None if length is None else _door.positive("length", length))
         return _core.solve(
-            self.core(), metric, matrix, _door.vector("twist", twist, m), bounds.lower, bounds.upper, near, start
+            settings, metric, matrix, _door.vector("twist", twist, m), bounds.lower, bounds.upper, near, start, typical
         )
 
     def _metric(self, m: int, n: int, row_kinds: str | None, joint_kinds: str | None) -> _core.Metric:
@@ -98,6 +117,11 @@ class Law:
         rows = _letters("row_kinds", row_kinds, m, "vw")
         joints = _letters("joint_kinds", "R" * n if joint_kinds is None else joint_kinds, n, "RP")
         return weights.metric([kind == "v" for kind in rows], [kind == "P" for kind in joints])
+
+
+def row_names(m: int, row_kinds: str | None) -> tuple[str, ...]:
+    """Names of the m rows of a bare Jacobian: all six, or their kinds."""
+    return ROWS if m == 6 and row_kinds is None else tuple(row_kinds or "vvvwww"[:m])
 
 
 def _letters(name: str, value: Any, count: int, letters: Sequence[str]) -> str:

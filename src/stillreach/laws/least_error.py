@@ -1,39 +1,52 @@
-"""The default law: the true optimum inside the bounds, smooth where it must be."""
+"""The default law: exact where that is worth its rates, smooth everywhere."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from stillreach import _core, _door
+from stillreach import _core
 from stillreach.laws.law import LEAST_ERROR, Law
+from stillreach.laws.price import ROWS, checked, parts
+from stillreach.task import UNIT_WEIGHTS, Weights
 
 
 @dataclass(frozen=True, kw_only=True)
 class LeastError(Law):
-    """The least weighted task error inside the bounds, then the rates nearest to the reference.
+    """The rates that minimise Y |twist - J dq| + ½ |dq - reference|² inside the bounds, the error not squared.
 
-    The bare optimum (``max_gain=None``) is not continuous: near a singularity, or where the task cannot be met, joints
-    jump or run at full speed for next to nothing. With ``max_gain`` g the rates minimise |twist - J dq|² + κ |dq|²
-    inside the bounds; κ is 0 (exact tracking) where the pseudoinverse is inside the bounds and no singular value is
-    below 1/g, and rises to 1/(4 g²) as that ends. The rates are then continuous in configuration, twist and bounds, and
-    change by at most g per unit of twist where κ does not move.
+    Y = price · b, with b the second largest rate limit of the working joints. The task is done exactly wherever that
+    costs no more than the price: full speed of one joint is spent where it buys at least b / price of tool speed.
+    Elsewhere this is damped least squares inside the bounds with κ = |error| / Y. The rates are continuous in
+    configuration, twist, bounds and reference, also where joints fail, saturate, or the Jacobian loses rank: a change δ
+    of the twist changes them by at most sqrt(2 Y δ).
 
-    Choose task rows that the arm can serve: one that it never can (the height of a planar arm) is a singular value of
-    0, and keeps the damping on.
+    With a price for each part of the task, Y_v |e_v| + Y_w |e_w| + …, a part is done exactly or gives way according to
+    its price. Prices are marginal: where no part can be done, cheap degrees still buy some millimetres.
+
+    A task row that the arm can never serve (the height of a planar arm) costs nothing while it is commanded 0;
+    otherwise it makes the other rows less accurate, unless it has a price of its own or is left out of the task.
 
     Args:
-        max_gain: g, joint rate over twist in weighted units; the default 10 means 10 rad/s per 1 m/s. A tool speed of
-            v [m/s] then asks for at most 10 v [rad/s]. None: the bare optimum.
+        price: one number for the whole task, in the units of its weights (1/m for an error in metres, 1 for one in radians);
+            a pair (position, orientation) or a mapping by rows, ``{"position": 100, "wx wy": 8, "wz": 1}``, of up to three
+            parts, in the task's frame; ``"position-first"``: (100, 8), with an orientation error of at most b / 4 bought
+            at that price. In a part of v rows alone the price is per reach: 100 is about 80 per metre for an arm
+            of 1.3 m. None: the bare optimum, the least error and then the least rates, which is not continuous.
+
+    Raises:
+        InputError: any other price.
     """
 
-    max_gain: float | None = 10.0
+    price: float | str | tuple[float, float] | Mapping[str, float] | None = 80.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.max_gain is not None:
-            object.__setattr__(self, "max_gain", _door.positive("max_gain", self.max_gain))
+        object.__setattr__(self, "price", checked(self.price))
 
-    def core(self) -> _core.Law:
+    def core(
+        self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None
+    ) -> _core.Law:
         """The settings as the compiled core reads them."""
-        gain = 0.0 if self.max_gain is None else self.max_gain
-        return _core.Law(LEAST_ERROR, rank_tolerance=self.rank_tolerance, max_gain=gain)
+        settings = parts(self.price, rows, reach, self.weights or weights or UNIT_WEIGHTS)
+        return _core.Law(LEAST_ERROR, rank_tolerance=self.rank_tolerance, **settings)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stillreach import _core
 from stillreach.laws.law import PSEUDOINVERSE, Law
+from stillreach.laws.price import ROWS
+from stillreach.task import Weights
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,6 +19,8 @@ class Pseudoinverse(Law):
     reference rate ν adds its null motion (B - B Jᵀ (J B Jᵀ)⁺ J B) ν.
     """
 
-    def core(self) -> _core.Law:
+    def core(
+        self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None
+    ) -> _core.Law:
         """The settings as the compiled core reads them."""
         return _core.Law(PSEUDOINVERSE, rank_tolerance=self.rank_tolerance)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stillreach import _core, _door
 from stillreach.errors import InputError
 from stillreach.laws.law import SINGULARITY_ROBUST, Law
+from stillreach.laws.price import ROWS
+from stillreach.task import Weights
 
 DAMPINGS = ("closed-form", "exact")  # DampingKind of the core: 1, 2
 NORMS = ("inf", "2")  # NormKind of the core: 0, 1
@@ -43,7 +46,9 @@ class SingularityRobust(Law):
             object.__setattr__(self, "damping", _door.positive("damping", self.damping, or_zero=True))
         _door.choice("norm", self.norm, NORMS)
 
-    def core(self) -> _core.Law:
+    def core(
+        self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None
+    ) -> _core.Law:
         """The settings as the compiled core reads them."""
         named = isinstance(self.damping, str)
         return _core.Law(

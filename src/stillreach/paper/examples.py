@@ -91,7 +91,7 @@ def scenarios(
         EXAMPLE_2_EXACT: replace(broken, law=EXACT, name="Example 2, joints 2, 4, 7 failed, exact damping"),
         EXAMPLE_2_STILLREACH: replace(
             broken,
-            law=LeastError(max_gain=10.0),
+            law=LeastError(),
             task=Task(),
             period=step / TICKS_PER_STEP,
             loop="closed",

@@ -126,7 +126,7 @@ def error_above_the_optimum(arm: Arm, run: Run, faster: float) -> np.ndarray:
     Both are asked the same question: the poses and faults of a run, its command so many times as fast, the paper's
         rate limit.
     """
-    exact, least = EXACT, LeastError(max_gain=None, weights=INCHES_AND_DEGREES)
+    exact, least = EXACT, LeastError(price=None, weights=INCHES_AND_DEGREES)
     saved = []
     for J, command, health in zip(arm.jacobian(run.q), faster * run.command, run.health, strict=True):
         bounds = Bounds.symmetric(np.deg2rad(RATE_LIMIT), n=arm.n).lock(np.flatnonzero(health))

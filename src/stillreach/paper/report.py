@@ -20,7 +20,7 @@ SOURCE = (
     "measured on the runs beside this page (`*.nc`); `stillreach paper` makes both."
 )
 STILLREACH = (
-    "The column *stillreach* is the default law of this package, `LeastError(max_gain=10)`, in closed loop on the "
+    "The column *stillreach* is the default law of this package, `LeastError()`, in closed loop on the "
     "commanded line (`gain=2`), with null motion on manipulability, five ticks in each step of the others. "
     "It leaves the plane, in which the three working pitch joints cannot make the motion, and goes all the way. "
     "Its damping factor is in metres and radians, the others' in inches and degrees."

@@ -120,10 +120,10 @@ def test_the_law_of_an_option_keeps_the_weights_of_the_scenario(stillreach, tmp_
 
 def test_a_law_of_the_scenarios_kind_keeps_its_settings_but_for_those_that_are_given(stillreach, tmp_path):
     text = (tmp_path / "reach.toml").read_text()
-    (tmp_path / "gain.toml").write_text(text + 'law = { kind = "least-error", max_gain = 55 }\n')
-    laws = "least-error,least-error:max_gain=3,least-error:rank_tolerance=1e-9,keep-direction"
+    (tmp_path / "gain.toml").write_text(text + 'law = { kind = "least-error", price = 55 }\n')
+    laws = "least-error,least-error:price=3,least-error:rank_tolerance=1e-9,keep-direction"
     found = json.loads(stillreach("compare", "gain.toml", "--json", "--no-plot", "--laws", laws).out)["laws"]
-    gains = [law["law"].partition("max_gain=")[2] for law in found.values()]
+    gains = [law["law"].partition("price=")[2] for law in found.values()]
     assert gains == ["55.0)", "3.0)", "55.0)", ""]
 
 

@@ -27,7 +27,7 @@ def skew(n=9, seed=5):
 def slide(**limits):
     """One joint along x: its rate is the tool's."""
     joint = sr.Joint(kind="prismatic", axis=(1, 0, 0))
-    return sr.Controller(sr.Arm([joint]), task=ALONG_X, law=sr.LeastError(max_gain=None), **limits)
+    return sr.Controller(sr.Arm([joint]), task=ALONG_X, law=sr.LeastError(price=None), **limits)
 
 
 ALONG_X = sr.Task(rows=(True, False, False, False, False, False))

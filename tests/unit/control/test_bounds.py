@@ -142,7 +142,7 @@ def test_zero_limits_on_every_joint_stop_the_arm():
 def test_an_infinite_limit_is_none():
     arm = mixed()
     q = configuration(arm)
-    free = sr.Controller(arm, rate_limits=np.inf, law=sr.LeastError(max_gain=None)).step(q, 1e6 * np.ones(6))
+    free = sr.Controller(arm, rate_limits=np.inf, law=sr.LeastError(price=None)).step(q, 1e6 * np.ones(6))
     np.testing.assert_allclose(free.rates, np.linalg.pinv(arm.jacobian(q)) @ (1e6 * np.ones(6)), rtol=1e-9)
 
 

@@ -12,7 +12,7 @@ LAWS = [
     sr.SingularityRobust(),
     sr.SingularityRobust(damping="closed-form"),
     sr.LeastError(),
-    sr.LeastError(max_gain=None),
+    sr.LeastError(price=None),
     sr.KeepDirection(),
 ]
 EVERY_LAW = pytest.mark.parametrize("law", LAWS, ids=repr)
@@ -99,7 +99,7 @@ def test_a_task_out_of_reach_is_not_blamed_on_a_runaway_joint(law):
     assert ctl.step(Q_PAPER, np.zeros(6)).task_error < 1e-9
 
 
-@pytest.mark.parametrize("law", [sr.LeastError(max_gain=None), sr.KeepDirection()], ids=repr)
+@pytest.mark.parametrize("law", [sr.LeastError(price=None), sr.KeepDirection()], ids=repr)
 def test_what_cannot_be_made_up_for_is_done_as_well_as_it_can_be(law):
     arm = paper()
     ctl = sr.Controller(arm, law=law, rate_limits=0.2)

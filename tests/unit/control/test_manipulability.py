@@ -65,7 +65,7 @@ def weights_of(arm, kind):
 
 def controller(arm, failed, **settings):
     """A controller without limits whose joints failed long ago."""
-    ctl = sr.Controller(arm, law=sr.LeastError(max_gain=None), rate_limits=np.inf, **settings)
+    ctl = sr.Controller(arm, law=sr.LeastError(price=None), rate_limits=np.inf, **settings)
     for joint in failed:
         ctl.fail(joint)
     ctl.reset()
@@ -155,7 +155,7 @@ def near_singular():
 
 
 @pytest.mark.parametrize("null", [sr.Manipulability(), np.full(11, 0.2)], ids=["manipulability", "rates"])
-@pytest.mark.parametrize("law", [sr.LeastError(), sr.LeastError(max_gain=1.0), sr.KeepDirection()], ids=repr)
+@pytest.mark.parametrize("law", [sr.LeastError(), sr.LeastError(price=8.0), sr.KeepDirection()], ids=repr)
 def test_a_tool_that_stands_still_is_not_moved_by_it_near_a_singularity_either(law, null):
     arm, poses = near_singular()
     for q in poses:
@@ -166,6 +166,6 @@ def test_a_tool_that_stands_still_is_not_moved_by_it_near_a_singularity_either(l
 def test_with_no_freedom_left_there_is_no_null_motion():
     arm = skew(6, seed=8)
     q = configuration(arm)
-    for law in (sr.LeastError(), sr.LeastError(max_gain=None), sr.KeepDirection()):
+    for law in (sr.LeastError(), sr.LeastError(price=None), sr.KeepDirection()):
         out = sr.Controller(arm, law=law, null_motion=sr.Manipulability(), rate_limits=9.0).step(q, np.zeros(6))
         np.testing.assert_allclose(out.rates, 0.0, atol=1e-9)

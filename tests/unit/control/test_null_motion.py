@@ -13,8 +13,8 @@ N = 11
 POSTURE = np.linspace(-1.0, 1.0, N)
 LIMITS = np.stack([np.full(N, -2.0), np.linspace(2.0, 5.0, N)], axis=1)
 LAWS = [
-    sr.LeastError(max_gain=1e6),
-    sr.LeastError(max_gain=None),
+    sr.LeastError(price=1e9),
+    sr.LeastError(price=None),
     sr.KeepDirection(),
     sr.SingularityRobust(),
     sr.Pseudoinverse(),
@@ -88,7 +88,7 @@ def test_the_task_does_not_notice_even_where_bounds_bite(law, wanted, arm_at):
     assert np.linalg.norm(b.rates - a.rates) > 1e-3
 
 
-@pytest.mark.parametrize("law", [sr.LeastError(max_gain=None), sr.KeepDirection()], ids=repr)
+@pytest.mark.parametrize("law", [sr.LeastError(price=None), sr.KeepDirection()], ids=repr)
 def test_inside_the_bounds_it_is_the_nearest_to_what_was_wanted(law, wanted, arm_at):
     arm, q = arm_at
     motion, rates = wanted

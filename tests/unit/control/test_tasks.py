@@ -16,7 +16,7 @@ ROWS = {
     (False, True, False, True, False, True): [1, 3, 5],
     (False, False, False, False, False, True): [5],
 }
-EXACT = sr.LeastError(max_gain=None)
+EXACT = sr.LeastError(price=None)
 TOOL = placement((0.05, -0.3, 0.2), (1, -1, 2), 0.9)
 
 
@@ -96,7 +96,7 @@ def test_weights_say_what_counts(frame, where):
     a = rng.normal(size=(6, 6))
     W1, W2 = a @ a.T + np.eye(6), rng.uniform(0.1, 5, 5)
     weights = sr.Weights(length=0.2, angle=1.5, task=W1, joints=W2)
-    law = sr.LeastError(max_gain=None, weights=weights if where == "law" else None)
+    law = sr.LeastError(price=None, weights=weights if where == "law" else None)
     task = sr.Task(rows="pose", frame=frame, weights=weights if where == "task" else None)
     out = sr.Controller(arm, law=law, task=task, rate_limits=np.inf).step(q, TWIST)
     j, x = rows_by_hand(arm, q, TWIST, "pose", frame)

@@ -8,8 +8,8 @@ from oracles.null_space import least_jump, relative_manipulability
 from tests.unit.control.robots import Q_PAPER, TWIST, configuration, mixed, null_projector, paper, skew
 
 LAWS = [
-    sr.LeastError(max_gain=None),
-    sr.LeastError(max_gain=1e6),
+    sr.LeastError(price=None),
+    sr.LeastError(price=1e9),
     sr.KeepDirection(),
     sr.Pseudoinverse(),
     sr.SingularityRobust(),
@@ -86,7 +86,7 @@ def test_a_runaway_that_is_restored_is_taken_over_at_its_rate(law):
     np.testing.assert_allclose(ctl.step(Q_PAPER, TWIST).rates, before, atol=1e-10)
 
 
-@pytest.mark.parametrize("law", [sr.LeastError(max_gain=None), sr.KeepDirection()], ids=repr)
+@pytest.mark.parametrize("law", [sr.LeastError(price=None), sr.KeepDirection()], ids=repr)
 def test_acceleration_limits_go_before_the_task_in_that_tick(law):
     arm = paper()
     ctl, before = moving(arm, Q_PAPER, law, None, ticks=200, acceleration_limits=5.0, period=0.001)

@@ -128,7 +128,7 @@ def test_settings_of_the_singularity_robust_law(settings, argument, words):
 
 @pytest.mark.parametrize("gain", [0.0, -1.0, np.nan, np.inf, "10", True], ids=str)
 def test_settings_of_least_error(gain):
-    refused(lambda: sr.LeastError(max_gain=gain), "max_gain")
+    refused(lambda: sr.LeastError(price=gain), "price")
 
 
 @EVERY_LAW

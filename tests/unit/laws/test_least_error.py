@@ -1,6 +1,6 @@
 """LeastError: the least task error inside the bounds, then the rates nearest to the reference.
 
-`max_gain=None` is judged here, as the bare optimum: by SciPy's bounded-variable least squares, by a dual active-set
+`price=None` is judged here, as the bare optimum: by SciPy's bounded-variable least squares, by a dual active-set
 solver and by weak duality. Solvers see a sample; STILLREACH_FULL=1 shows them every case.
 """
 
@@ -33,7 +33,7 @@ def allowance(case, theirs):
 @pytest.mark.timeout(600)
 def test_no_solver_has_a_smaller_error(bound_cases, ask, tally):
     for case in bound_cases[:SAMPLE]:
-        out, problem = ask(sr.LeastError, case, max_gain=None), case.boxed
+        out, problem = ask(sr.LeastError, case, price=None), case.boxed
         tally.keeps_bounds(case, out.rates)
         tally[case.decomposed.kind] += 1
         if case.decomposed.kind == "near the rank tolerance":
@@ -53,7 +53,7 @@ def test_no_solver_has_a_smaller_error(bound_cases, ask, tally):
 @pytest.mark.parametrize("number", [406, 7003, 9987, 10991, 14948, 15876])
 def test_near_a_singularity_rounding_does_not_choose_the_bounds(number, bound_case, ask):
     case = bound_case(number)  # the free joints are nearly dependent, 1e3 to 1e9
-    out, problem = ask(sr.LeastError, case, max_gain=None), case.boxed
+    out, problem = ask(sr.LeastError, case, price=None), case.boxed
     theirs = box.least_error_bvls(problem.j, problem.x, problem.lower, problem.upper)
     error = box.error(problem.j, problem.x, out.rates / problem.unit)
     assert error <= box.error(problem.j, problem.x, theirs) + allowance(case, theirs)
@@ -61,7 +61,7 @@ def test_near_a_singularity_rounding_does_not_choose_the_bounds(number, bound_ca
 
 def test_duality_proves_the_error_least(bound_cases, ask, tally):
     for case in bound_cases:
-        out, problem = ask(sr.LeastError, case, max_gain=None), case.boxed
+        out, problem = ask(sr.LeastError, case, price=None), case.boxed
         tally.keeps_bounds(case, out.rates)
         rates = out.rates / problem.unit
         excess = box.excess_error_bound(problem.j, problem.x, problem.lower, problem.upper, rates)
@@ -82,7 +82,7 @@ def test_among_equals_the_nearest_to_the_reference(bound_cases, ask, tally):
     for case in cases:
         problem = case.boxed
         reference = np.where(case.failed, 0.0, rng.normal(size=case.j.shape[1]) * problem.unit * rng.choice([0.0, 1.0]))
-        rates = ask(sr.LeastError, case, max_gain=None, reference=reference).rates / problem.unit
+        rates = ask(sr.LeastError, case, price=None, reference=reference).rates / problem.unit
         if case.decomposed.kind in ("near the rank tolerance", "no working joint"):
             continue
         target = reference / problem.unit
@@ -108,13 +108,13 @@ def test_among_equals_the_nearest_to_the_reference(bound_cases, ask, tally):
 def test_the_worked_planar_arm():
     _, j = planar_arm(np.deg2rad([20, 50, -30, 40]))
     limits = np.array([0.5, 0.5, 1.0, 1.0])
-    out = sr.LeastError(max_gain=None).solve(j, [1.8, 2.4], sr.Bounds(-limits, limits), row_kinds="vv")
+    out = sr.LeastError(price=None).solve(j, [1.8, 2.4], sr.Bounds(-limits, limits), row_kinds="vv")
     assert out.task_error == pytest.approx(2.3150470, abs=5e-8)
 
 
 def test_a_larger_box_never_has_a_larger_error(tally):  # near the rank tolerance a bound may decide what counts
     rng = np.random.default_rng(22)
-    law = sr.LeastError(max_gain=None)
+    law = sr.LeastError(price=None)
     for case in law_cases(1500, 23, bounds=("symmetric", "per joint", "one-sided"), scaled=0.0):
         tally[case.decomposed.kind] += 1
         if case.decomposed.kind == "near the rank tolerance":
@@ -136,7 +136,7 @@ def test_never_worse_than_exact_damping(paper_cases, ask, tally):
         tally[case.decomposed.kind] += 1
         if case.decomposed.kind == "near the rank tolerance":
             continue
-        least, damped = ask(sr.LeastError, case, max_gain=None), ask(sr.SingularityRobust, case)
+        least, damped = ask(sr.LeastError, case, price=None), ask(sr.SingularityRobust, case)
         size = np.linalg.norm(case.decomposed.x) + case.decomposed.s[0] if case.decomposed.s.size else 1.0
         worse = least.task_error - damped.task_error
         tally.holds(worse <= 1e-9 * (damped.task_error + size), case, worse, case.decomposed.condition)
@@ -146,12 +146,12 @@ def test_never_worse_than_exact_damping(paper_cases, ask, tally):
 def test_one_joint_stops_at_its_bound_and_the_other_helps():
     # Rows 1 and 2: dq1 + dq2 = 3 with dq1 <= 1 leaves 2 to the second.
     bounds = sr.Bounds([-1.0, -9.0], [1.0, 9.0])
-    out = sr.LeastError(max_gain=None).solve([[1.0, 1.0]], [3.0], bounds, row_kinds="v")
+    out = sr.LeastError(price=None).solve([[1.0, 1.0]], [3.0], bounds, row_kinds="v")
     np.testing.assert_allclose(out.rates, (1.0, 2.0), atol=1e-12)
 
 
 def test_a_free_choice_goes_to_the_reference_and_no_further_than_the_bounds():
     # dq1 - dq2 = 0 is all the task asks; (5, 5) would be nearest to the reference.
     bounds = sr.Bounds([-9.0, -9.0], [9.0, 2.0])
-    out = sr.LeastError(max_gain=None).solve([[1.0, -1.0]], [0.0], bounds, reference=[6.0, 4.0], row_kinds="v")
+    out = sr.LeastError(price=None).solve([[1.0, -1.0]], [0.0], bounds, reference=[6.0, 4.0], row_kinds="v")
     np.testing.assert_allclose(out.rates, (2.0, 2.0), atol=1e-12)

@@ -112,8 +112,8 @@ weights = { length = 2, angle = 3, task = [1, 2, 3, 4, 5, 6], joints = [1, 2, 3]
     ("table", "law"),
     [
         ('kind = "least-error"', sr.LeastError()),
-        ('kind = "least-error"\nmax_gain = 3', sr.LeastError(max_gain=3)),
-        ('kind = "least-error"\nmax_gain = "none"', sr.LeastError(max_gain=None)),
+        ('kind = "least-error"\nprice = 3', sr.LeastError(price=3)),
+        ('kind = "least-error"\nprice = "none"', sr.LeastError(price=None)),
         ('kind = "singularity-robust"', sr.SingularityRobust()),
         ('kind = "singularity-robust"\ndamping = "closed-form"', sr.SingularityRobust(damping="closed-form")),
         ('kind = "keep-direction"', sr.KeepDirection()),

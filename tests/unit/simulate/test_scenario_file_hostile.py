@@ -87,7 +87,7 @@ HOSTILE = {
     "keys like our own marks": '"<line>" = 1\n"<x>" = 2\n"" = 3\n"[key]" = 4\n[start]\n"[key]" = "x"\n"<one>" = "y"\n',
     "marks inside a motion": planar(tables='"<twist>" = 1\n"<x>".a = 1\n'),
     "values in tables of unknown kind": planar(
-        top='null_motion = { kind = "xyzzy", q = "abc", rates = [[1], 2, "x"] }\nlaw = { kind = 1, max_gain = [] }',
+        top='null_motion = { kind = "xyzzy", q = "abc", rates = [[1], 2, "x"] }\nlaw = { kind = 1, price = [] }',
         tables='[[motion]]\nkind = []\nduration = "x"\npoints = 3\nramp = {}\n[[faults]]\nkind = {}\nrate = "x"\n',
     ),
     "a million seconds in microseconds": planar(top="period = 1e-6\nduration = 1e6"),

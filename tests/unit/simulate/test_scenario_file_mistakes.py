@@ -106,7 +106,7 @@ def test_a_largest_rate_that_is_nothing_in_radians_is_refused(mistakes):
             "faults[0].until",
             "after the first tick from 0.501 s on",
         ),
-        (planar(tables='[law]\nkind = "least-error"\nmax_gain = "no"'), "law.max_gain", "'none'"),
+        (planar(tables='[law]\nkind = "least-error"\nprice = "no"'), "law.price", "'none'"),
         (planar(tables='[law]\nkind = "least-error"\nnorm = "2"'), "law.norm", "an unknown key"),
         (planar(tables='[law]\nkind = "keep-direction"\nrank_tolerance = 1'), "law.rank_tolerance", "below 1"),
         (planar(tables='[null_motion]\nkind = "posture"'), "null_motion.q", "this key"),

@@ -41,7 +41,7 @@ def test_every_ready_scenario_fits(validator, name):
         planar(tables='[[faults]]\njoint = "j1"\nkind = "lost"'),
         planar(tables='[[faults]]\njoint = "j1"\nkind = "locked"\nrate = 1'),
         planar(tables='[[motion]]\nkind = "line"\nto = [1, 2]\nduration = 1'),
-        planar(tables='[law]\nkind = "least-error"\nmax_gain = "no"'),
+        planar(tables='[law]\nkind = "least-error"\nprice = "no"'),
     ],
 )
 def test_what_has_another_form_does_not_fit(validator, text):

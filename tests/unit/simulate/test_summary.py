@@ -51,7 +51,7 @@ def test_a_rail_at_its_end_is_held_by_its_position_limit():
 
 
 def test_a_rail_that_must_speed_up_is_held_by_its_acceleration_limit():
-    scenario = along(0.5, arm=rail(velocity_limit=1.0, acceleration_limit=1.0), law=sr.LeastError(max_gain=None))
+    scenario = along(0.5, arm=rail(velocity_limit=1.0, acceleration_limit=1.0), law=sr.LeastError(price=None))
     told = found(scenario)
     assert told.held["j1"].keys() == {"acceleration"}
     assert told.held["j1"]["acceleration"] == pytest.approx(0.5, abs=0.02)  # 0.5 m/s at 1 m/s²

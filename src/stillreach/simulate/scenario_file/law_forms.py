@@ -21,9 +21,16 @@ class LeastErrorLaw(LawTable):
     """The least task error inside the bounds: the default."""
 
     kind: Literal["least-error"]
-    max_gain: Annotated[
-        Annotated[Positive, Tag("<number>")] | Annotated[Literal["none"], Tag("<word>")], Discriminator(word_form)
-    ] = Field(10.0, description='Largest joint rate over twist, in weighted units; "none": the bare optimum.')
+    price: Annotated[
+        Annotated[Positive, Tag("<number>")]
+        | Annotated[Literal["none", "position-first"], Tag("<word>")]
+        | Annotated[dict[str, Positive], Tag("<table>")],
+        Discriminator(word_form),
+    ] = Field(
+        80.0,
+        description='What a task error costs: a number, "position-first", prices by rows such as '
+        '{ position = 100, orientation = 8 }, or "none": the bare optimum.',
+    )
 
 
 class SingularityRobustLaw(LawTable):

@@ -38,8 +38,8 @@ def law_of(reading: Reading) -> Law | None:
     if table is None:
         return None
     settings = {key: value for key, value in table.items() if key != "kind"}
-    if settings.get("max_gain") == "none":
-        settings["max_gain"] = None
+    if settings.get("price") == "none":
+        settings["price"] = None
     return LAWS[table["kind"]](**settings)
 
 
