@@ -82,8 +82,10 @@ def _compile(mujoco: Any, file: RobotFile, get_spec: Callable[[], Any]) -> Any:
         for item in list(spec.equalities):
             if item.type != mujoco.mjtEq.mjEQ_JOINT:
                 spec.delete(item)
+        for body in spec.bodies[1:]:  # without geoms they have no mass
+            body.explicitinertial, body.mass, body.inertia, body.fullinertia = True, 1.0, np.ones(3), np.full(6, np.nan)
+            body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
         spec.compiler.fusestatic = False
-        spec.compiler.boundmass = spec.compiler.boundinertia = 1.0  # bodies without geoms have no mass
         return spec.compile()
     except RobotFileError:
         raise

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
@@ -15,8 +14,6 @@ from stillreach._text import UTF_16_MARKS, decoded
 from stillreach.errors import RobotFileError
 
 MAX_BYTES = 16 * 2**20
-OPEN_DESCRIPTOR = re.compile(r"/dev/stdin|/(?:dev|proc/self)/fd/\d+")
-"""Paths of what is open already, e.g. the pipe of ``<(xacro robot.urdf.xacro)``; opening any other pipe could wait."""
 SHOWN, COMPARED = 30, 1000
 """How many choices a message lists, and how many are searched for a name that is almost right."""
 
@@ -87,8 +84,7 @@ def read(source: Any, kind: str) -> RobotFile:
     name = os.fspath(source)
     try:
         path = Path(name)
-        is_open = OPEN_DESCRIPTOR.fullmatch(name) is not None
-        if path.exists() and not path.is_file() and not is_open:  # a folder, or a pipe that would never end
+        if path.exists() and not path.is_file():  # a folder, or a pipe that would never end
             raise RobotFileError("path", "no regular file", kind, name)
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
@@ -98,7 +94,7 @@ def read(source: Any, kind: str) -> RobotFile:
         raise RobotFileError("path", f"no readable file ({error.strerror})", kind, name) from None
     except ValueError:
         raise RobotFileError("path", f"{_door.describe(name)}, which is no path", kind, "path") from None
-    return _checked(RobotFile(name, "arm" if is_open else path.stem or "arm", data, path=None if is_open else path))
+    return _checked(RobotFile(name, path.stem or "arm", data, path=path))
 
 
 def _stream(stream: Any, kind: str) -> RobotFile:

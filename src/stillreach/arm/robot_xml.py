@@ -18,7 +18,7 @@ MAX_DEPTH = 100
 MAX_ELEMENTS = 50_000
 MAX_ATTRIBUTE = 1000
 KEPT_DEPTH = 3
-BEFORE_DECLARATION = re.compile(rb"(?:\xef\xbb\xbf)?(?:[ \t\r\n]+|<\?xml[ \t\r\n][^>]*>)+(?=<\?xml[ \t\r\n])")
+BEFORE_DECLARATION = re.compile(rb"(?:\xef\xbb\xbf)?(?:[ \t\r\n]|<\?xml[ \t\r\n][^>]*>)+(?=<\?xml[ \t\r\n])")
 """White space or another declaration, which XML forbids there and most readers skip."""
 COMMENT_OR_CDATA = re.compile(rb"<!--|<!\[CDATA\[")
 BLANK = bytes(byte if byte in b"\r\n" else ord(" ") for byte in range(256))

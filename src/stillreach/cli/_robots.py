@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 ROOT_ELEMENT = re.compile(r"<\s*(?:\w+:)?(robot|mujoco)\b")
 HEAD_BYTES = 65536
 STANDARD_INPUT = "-"
+OPEN_DESCRIPTOR = re.compile(r"/dev/stdin|/(?:dev|proc/self)/fd/\d+")
+"""Paths of what is open already, e.g. the pipe of ``<(xacro robot.urdf.xacro)``; opening any other pipe could wait."""
 EXPECTED = "a URDF or MJCF file, - for standard input, or a built-in arm (stillreach arms lists them)"
 
 
@@ -73,7 +75,7 @@ def load_arm(robot: str, *, tip: str | None, base: str | None, fixed: dict[str, 
 
 def _source(robot: str) -> tuple[Path | IO[bytes], str]:
     """What to read the robot from, and the text that it begins with."""
-    from stillreach.arm.robot_file import MAX_BYTES, OPEN_DESCRIPTOR
+    from stillreach.arm.robot_file import MAX_BYTES
 
     if robot == STANDARD_INPUT or OPEN_DESCRIPTOR.fullmatch(robot):  # can be read once only
         data = _read_once(robot, MAX_BYTES + 1)
