@@ -63,8 +63,8 @@ def _parsed(mujoco: Any, file: RobotFile) -> Any:
         raise file.error(f"<{root.tag[:80]}>", f"<mujoco>, the root of an MJCF file{advice}", line=root.line)
     if file.path is None:
         return mujoco.MjSpec.from_string(file.data.decode(file.encoding or "utf-8"))
-    in_place_of_it = {file.path.name: file.data} if file.encoding else None
-    return mujoco.MjSpec.from_file(file.name, include=in_place_of_it)
+    beside = file.path.with_name(f"{file.path.name}.xml")  # MuJoCo reads files of other names and encodings under one
+    return mujoco.MjSpec.from_file(str(beside), include={beside.name: file.data})
 
 
 def _compile(mujoco: Any, file: RobotFile, get_spec: Callable[[], Any]) -> Any:

@@ -179,7 +179,8 @@ def test_a_model_attached_in_the_file_is_read(inertia, tmp_path):
     scene = tmp_path / "scene.xml"
     scene.write_text(
         '<mujoco><asset><model name="c" file="hand.xml"/></asset><worldbody><body name="b"><joint name="j"/>'
-        '<geom size=".1"/><frame pos="0 1 0"><attach model="c" body="palm" prefix="g/"/></frame></body></worldbody></mujoco>',
+        '<geom size=".1"/><frame pos="0 1 0"><attach model="c" body="palm" prefix="g/"/></frame></body>'
+        "</worldbody></mujoco>",
         encoding="utf-8",
     )
     arm, peer = sr.Arm.from_mjcf(scene, tip="g/tcp"), Peer(scene)
@@ -197,10 +198,11 @@ def test_a_spec_that_mujoco_cannot_compile_is_told():
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
-def test_an_included_file_is_found_beside_a_file_of_any_encoding(encoding, tmp_path):
+@pytest.mark.parametrize("name", ["scene.xml", "arm.mjcf", "scene"])
+def test_an_included_file_is_found_beside_a_file_of_any_name_and_encoding(encoding, name, tmp_path):
     (tmp_path / "arm.xml").write_text(ODD, encoding="utf-8")
-    (tmp_path / "scene.xml").write_text('<mujoco model="odd"><include file="arm.xml"/></mujoco>', encoding=encoding)
-    assert sr.Arm.from_mjcf(tmp_path / "scene.xml", tip="tcp") == sr.Arm.from_mjcf(ODD, tip="tcp")
+    (tmp_path / name).write_text('<mujoco model="odd"><include file="arm.xml"/></mujoco>', encoding=encoding)
+    assert sr.Arm.from_mjcf(tmp_path / name, tip="tcp") == sr.Arm.from_mjcf(ODD, tip="tcp")
 
 
 @pytest.mark.parametrize("stream", [io.StringIO(ODD), io.BytesIO(ODD.encode()), io.BytesIO(ODD.encode("utf-16"))])

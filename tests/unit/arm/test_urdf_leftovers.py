@@ -2,7 +2,6 @@
 
 import time
 
-import numpy as np
 import pytest
 
 import stillreach as sr
@@ -121,21 +120,3 @@ def test_half_a_character_of_utf_16_is_told(tmp_path):
     path.write_bytes(("\ufeff" + ARM).encode("utf-16-le")[:-1])
     with pytest.raises(sr.RobotFileError, match="bytes that are not UTF-16"):
         sr.Arm.from_urdf(path)
-
-
-@pytest.mark.parametrize("axis", ["0 0 1", "0 0 2"])
-def test_a_planar_joint_is_pinocchios(axis):
-    text = robot(
-        joint("base", "world", "cart", "planar", axis=axis, xyz="0.1 0.2 0.3", rpy="0.3 0.2 0.1"),
-        joint("j", "cart", "arm", axis="0 1 0", xyz="0 0 1"),
-        joint("mount", "arm", "tip", "fixed", xyz="1 0 0"),
-    )
-    arm, peer = sr.Arm.from_urdf(text), Peer(text)
-    assert arm.joint_names == ("base_TX", "base_TY", "base_RZ", "j")
-    assert arm.kinds.tolist() == [1, 1, 0, 0]
-    assert np.isinf(arm.position_limits[:3]).all()
-    for x, y, turn, bend in np.random.default_rng(2).uniform(-2, 2, (10, 4)):
-        whole = peer.neutral()
-        whole[:4] = x, y, np.cos(turn), np.sin(turn)
-        whole[4] = bend
-        assert arm.forward([x, y, turn, bend]) == pytest.approx(peer.pose("tip", whole), abs=1e-12)
