@@ -43,10 +43,10 @@ def from_quaternion(w: float, x: float, y: float, z: float) -> FloatArray:
 
 
 def shortest_turn_from_z(direction: FloatArray) -> FloatArray:
-    """(3, 3) rotation matrix of the shortest turn of the z axis into a direction of length 1; from z to -z about x."""
+    """(3, 3) rotation matrix of the shortest turn of the z axis into a direction of length 1; to -z it is about x."""
     x, y, z = direction
     across = x * x + y * y
-    if across < 1e-200:
+    if across < 1e-18:  # rounding of ±z
         return np.diag([1.0, math.copysign(1.0, z), math.copysign(1.0, z)])
     k = 1.0 / (1.0 + z) if z > 0.0 else (1.0 - z) / across  # equal; each where it is accurate
     return np.array([[1.0 - k * x * x, -k * x * y, x], [-k * x * y, 1.0 - k * y * y, y], [-x, -y, z]])
