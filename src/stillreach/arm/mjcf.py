@@ -40,13 +40,13 @@ def mjcf_chain(source: Any, tip: Any, base: Any, fixed: Mapping[str, float] | No
         file = RobotFile("<MjSpec>", "arm", b"")
         model = _compile(mujoco, file, source.copy)
     else:
-        file = read(source, "an MJCF file")
+        file = read(source, "an MJCF file", also=", a mujoco.MjSpec, a mujoco.MjModel")
         model = _compile(mujoco, file, lambda: _parsed(mujoco, file))
     bodies = _Bodies(mujoco, file, model)
     start = 0 if base is None else bodies.body("base", base)
     end, last = bodies.end(tip, start)
     way = bodies.way(start, end)
-    joints = [joint for body, _ in way for joint in bodies.joints(body)]
+    joints = [joint for body, backwards in way for joint in bodies.joints(body, backwards)]
     builder = ChainBuilder(file, passed=len(joints))
     positions = Positions(file, [bodies.joint_name(joint) for joint in joints], bodies.mimic_of, fixed)
     for body, backwards in way:
@@ -151,7 +151,7 @@ class _Bodies:
             body = int(self.model.body_parentid[body])
         return way
 
-    def joints(self, body: int) -> range:
+    def joints(self, body: int, backwards: bool) -> range:
         """Indices of a body's joints.
 
         Raises:
@@ -160,11 +160,18 @@ class _Bodies:
         first, count = int(self.model.body_jntadr[body]), int(self.model.body_jntnum[body])
         for joint in range(first, first + count):
             if int(self.model.jnt_type[joint]) not in self.kinds:
-                word = ("free", "ball")[int(self.model.jnt_type[joint])]
-                got = f"a {word} joint between base and tip, in body {self.names[body]!r}"
-                expected = f"a chain of hinges and slides; base={self.names[body]!r} begins after it"
-                raise self.file.error(got, expected, element=f"joint {self.joint_name(joint)!r}")
+                raise self._unfit(joint, body, backwards)
         return range(first, first + count)
+
+    def _unfit(self, joint: int, body: int, backwards: bool) -> RobotFileError:
+        """The error of a joint that no chain can pass, with the chain beside it."""
+        name, word = self.names[body], ("free", "ball")[int(self.model.jnt_type[joint])]
+        got = f"a {word} joint between base and tip, in body {name!r}"
+        argument, verb = ("tip", "ends before") if backwards else ("base", "begins after")
+        advice = f"; {argument}={name!r} {verb} it" if name else ""
+        expected = f"a chain of hinges and slides{advice}"
+        element, choices = f"joint {self.joint_name(joint)!r}", (name,) if name else ()
+        return self.file.error(got, expected, element=element, argument=argument, choices=choices)
 
     def joint_name(self, joint: int) -> str:
         """Its name, or its body's and its place there."""
@@ -194,7 +201,7 @@ class _Bodies:
         frame = _pose(self.model.body_pos[body], self.model.body_quat[body])
         if not backwards:
             builder.fix(frame)
-        joints = self.joints(body)
+        joints = self.joints(body, backwards)
         for joint in reversed(joints) if backwards else joints:
             kind = self.kinds[int(self.model.jnt_type[joint])]
             axis = self.model.jnt_axis[joint].copy()

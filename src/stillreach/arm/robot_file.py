@@ -65,12 +65,13 @@ class RobotFile:
         return self.error(shown(value), expected, line=line, element=element, argument=argument, choices=names)
 
 
-def read(source: Any, kind: str) -> RobotFile:
+def read(source: Any, kind: str, *, also: str = "") -> RobotFile:
     """Read a file, or take text that is one.
 
     Args:
         source: the path of the file; its text, recognised by its first character, ``<``; or an object with ``read``.
         kind: what it should be, for messages: ``"a URDF file"``.
+        also: what the caller takes beside files, for messages.
 
     Raises:
         RobotFileError: there is no such file, it cannot be read, or it is larger than 16 MiB.
@@ -80,7 +81,9 @@ def read(source: Any, kind: str) -> RobotFile:
     if callable(getattr(source, "read", None)):
         return _checked(_stream(source, kind))
     if not isinstance(source, str | os.PathLike) or not isinstance(os.fspath(source), str):
-        raise RobotFileError("path", _door.describe(source), f"the path of {kind}, its text or a file object", "path")
+        raise RobotFileError(
+            "path", _door.describe(source), f"the path of {kind}, its text{also} or a file object", "path"
+        )
     name = os.fspath(source)
     try:
         path = Path(name)

@@ -16,6 +16,7 @@ from stillreach.errors import InputError
 
 LARGEST_FILE = 64 * 2**20
 LARGEST_NUMBER = 1e12
+LONGEST_LINE = 10_000
 SEPARATORS = ",;\t|"
 """What may separate columns, beside spaces; the first that the line of names holds does."""
 COMMA_AND_POINT = str.maketrans(",.", ".,")
@@ -35,12 +36,12 @@ def read_table(path: Path, wanted: Callable[[list[str]], set[str]], columns: str
     """
     name = str(path)
     text = _text(path)
-    separator = _separator(text)
+    separator = _separator(_lines(name, text))
     decimal = "," if separator != "," and "," in text else "."
     numbers, names = array("d"), list[str]()
     count = 0
     try:
-        for count, (line, row) in enumerate(_rows(text, separator)):
+        for count, (line, row) in enumerate(_rows(_lines(name, text), separator)):
             if count:
                 numbers.extend(_numbers(f"{name}:{line}", row, len(names), decimal))
                 continue
@@ -76,23 +77,27 @@ def _text(path: Path) -> str:
         raise InputError(name, str(error), "the path of a CSV file") from None
 
 
-def _separator(text: str) -> str:
+def _lines(name: str, text: str) -> Iterator[str]:
+    """The lines of a text from any system; InputError at one that is too long to be a few numbers."""
+    for number, line in enumerate(io.StringIO(text, newline=None), 1):
+        length = len(line.rstrip("\n"))
+        if length > LONGEST_LINE:
+            raise InputError(f"{name}:{number}", f"a line of {length} characters", f"at most {LONGEST_LINE}")
+        yield line
+
+
+def _separator(lines: Iterator[str]) -> str:
     """What separates the columns of a table; a space stands for any white space."""
-    names = next((line for line in _lines(text) if line.strip()), "")
+    names = next((line for line in lines if line.strip()), "")
     return next((separator for separator in SEPARATORS if separator in names), " ")
 
 
-def _lines(text: str) -> io.StringIO:
-    """The lines of a text from any system."""
-    return io.StringIO(text, newline=None)
-
-
-def _rows(text: str, separator: str) -> Iterator[tuple[int, list[str]]]:
+def _rows(lines: Iterator[str], separator: str) -> Iterator[tuple[int, list[str]]]:
     """The lines that hold something, each with its number from 1 on, split into entries."""
     if separator == " ":
-        yield from ((line, row.split()) for line, row in enumerate(_lines(text), 1) if row.strip())
+        yield from ((number, line.split()) for number, line in enumerate(lines, 1) if line.strip())
         return
-    reader = csv.reader(_lines(text), delimiter=separator, skipinitialspace=True)
+    reader = csv.reader(lines, delimiter=separator, skipinitialspace=True)
     yield from ((reader.line_num, row) for row in reader if any(entry.strip() for entry in row))
 
 

@@ -227,7 +227,9 @@ def test_a_model_and_a_file_do_as_well(tmp_path):
         (ODD, {"tip": None}, "3 ends: hand, ball, box"),
         (ODD, {"tip": "hand", "base": "tcp"}, "base: got 'tcp', expected a body: world, cart, left"),
         (ODD, {"tip": "ball"}, "a ball joint between base and tip, in body 'ball'"),
+        (ODD, {"tip": "ball"}, "base='ball' begins after it"),
         (ODD, {"tip": "box"}, "a free joint between base and tip, in body 'box'"),
+        (ODD, {"base": "box", "tip": "left"}, "tip='box' ends before it"),
         (ODD, {"tip": "tcp", "fixed": {"right elbow": 0.0}}, "a joint between base and tip: x, turn, cart joint 3"),
         ("<robot name='a'/>", {"tip": "a"}, "Arm.from_urdf reads URDF"),
         ("<mujoco><worldbody><body><joint type='hin'/></body></worldbody></mujoco>", {"tip": "a"}, "MuJoCo refuses"),
@@ -258,7 +260,7 @@ def test_what_mujoco_refuses_has_its_line():
 def test_a_file_that_is_not_there_is_told(tmp_path):
     with pytest.raises(sr.RobotFileError, match="No such file"):
         sr.Arm.from_mjcf(tmp_path / "gone.xml", tip="a")
-    with pytest.raises(sr.RobotFileError, match="got 7"):
+    with pytest.raises(sr.RobotFileError, match=r"got 7, .* its text, a mujoco\.MjSpec, a mujoco\.MjModel or a file"):
         sr.Arm.from_mjcf(7, tip="a")
 
 

@@ -102,16 +102,25 @@ def test_other_separators_leave_no_number_to_a_guess(tmp_path, text, match):
         sr.PoseTable.from_csv(file)
 
 
-def test_a_header_of_many_columns_asks_for_no_memory(tmp_path):
+@pytest.mark.parametrize("columns", [1500, 100_000])
+@pytest.mark.parametrize("rows", ["1\n" * 200_000, "," * 2_000_000], ids=["many rows", "a long row"])
+def test_many_columns_ask_for_no_memory(tmp_path, columns, rows):
     file = tmp_path / "poses.csv"
-    file.write_text(",".join(f"c{k}" for k in range(100_000)) + "\n" + "1\n" * 200_000)
+    file.write_text(",".join(f"c{k}" for k in range(columns)) + f"\n{rows}")
     tracemalloc.start()
     try:
-        with pytest.raises(sr.InputError, match="the columns c0, c1"):
+        with pytest.raises(sr.InputError, match=r"the columns c0, c1|poses\.csv:1: got a line of 688889 characters"):
             sr.PoseTable.from_csv(file)
-        assert tracemalloc.get_traced_memory()[1] < 100e6
+        assert tracemalloc.get_traced_memory()[1] < 100e6  # of which 64 MiB wait for the file
     finally:
         tracemalloc.stop()
+
+
+def test_a_row_of_many_entries_asks_for_no_memory(tmp_path):
+    file = tmp_path / "poses.csv"
+    file.write_text("time,x,y,z\n0,0,0,0\n" + "," * 4_000_000)
+    with pytest.raises(sr.InputError, match=r"poses\.csv:3: got a line of 4000000 characters"):
+        sr.PoseTable.from_csv(file)
 
 
 @pytest.mark.parametrize("content", [None, b"\xff\xfe", b"\xff\xfea", b"\xff", b"time,x,y,z\n0,\x00,1,2\n"])
