@@ -10,10 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from stillreach import _door
-from stillreach._text import UTF_16_MARKS, decoded
+from stillreach._text import UTF_16_MARKS
 from stillreach.errors import RobotFileError
 
 MAX_BYTES = 16 * 2**20
+UTF_16 = dict.fromkeys(UTF_16_MARKS, "utf-16") | {b"<\0": "utf-16-le", b"\0<": "utf-16-be"}
+"""How files begin that are in UTF-16, with and without a byte order mark."""
 SHOWN, COMPARED = 30, 1000
 """How many choices a message lists, and how many are searched for a name that is almost right."""
 
@@ -126,12 +128,13 @@ def _checked(file: RobotFile) -> RobotFile:
     """The file if it is not too large; UTF-16 becomes UTF-8, whatever encoding the text declares."""
     if len(file.data) > MAX_BYTES:
         raise file.error(f"more than {MAX_BYTES // 2**20} MiB", f"a file of at most {MAX_BYTES // 2**20} MiB")
-    if file.encoding or not file.data.startswith(UTF_16_MARKS):
+    encoding = next((name for start, name in UTF_16.items() if file.data.startswith(start)), None)
+    if file.encoding or encoding is None:
         return file
     try:
-        return replace(file, data=decoded(file.data).encode(), encoding="utf-8")
+        return replace(file, data=file.data.decode(encoding).encode(), encoding="utf-8")
     except UnicodeDecodeError:
-        raise file.error("a byte order mark of UTF-16, and bytes that are not UTF-16", "UTF-8 or UTF-16") from None
+        raise file.error("the beginning of UTF-16, and bytes that are not UTF-16", "UTF-8 or UTF-16") from None
 
 
 def listing(names: tuple[str, ...]) -> str:

@@ -20,6 +20,8 @@ MAX_ATTRIBUTE = 1000
 KEPT_DEPTH = 3
 BEFORE_DECLARATION = re.compile(rb"(?:\xef\xbb\xbf)?(?:[ \t\r\n]|<\?xml[ \t\r\n][^>]*>)+(?=<\?xml[ \t\r\n])")
 """White space or another declaration, which XML forbids there and most readers skip."""
+AFTER_THE_END = re.compile(rb"(?<=>)\s*\0[\0\s]*\Z")
+"""The zero that ends a text in C."""
 COMMENT_OR_CDATA = re.compile(rb"<!--|<!\[CDATA\[")
 BLANK = bytes(byte if byte in b"\r\n" else ord(" ") for byte in range(256))
 XACRO = "xacro:"
@@ -47,7 +49,7 @@ def parse(file: RobotFile, max_attribute: int = MAX_ATTRIBUTE) -> Element:
     Raises:
         RobotFileError: not well-formed, xacro, a document type declaration, too deep, too long an attribute.
     """
-    data = _without_comments(file.data)
+    data = _without_comments(AFTER_THE_END.sub(b"", file.data))
     before = BEFORE_DECLARATION.match(data)
     start = before.end() if before else 0
     reader = _Reader(file, max_attribute, lines_before=len(re.findall(rb"\r\n|\r|\n", data[:start])))

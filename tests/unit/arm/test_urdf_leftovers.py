@@ -2,6 +2,7 @@
 
 import time
 
+import pinocchio as pin
 import pytest
 
 import stillreach as sr
@@ -47,6 +48,14 @@ def test_what_looks_like_a_comment_in_other_text_hides_nothing():
             ARM.replace("</robot>", f"<note>{text}</note></robot>").replace("<joint", f"{text}<joint", 1)
         )
         assert arm == sr.Arm.from_urdf(ARM)
+
+
+@pytest.mark.parametrize("end", ["\0", "\0\0\n", "\n\0"])
+def test_a_zero_after_the_end_is_skipped_as_in_pinocchio(end, tmp_path):
+    path = tmp_path / "arm.urdf"
+    path.write_bytes((ARM + end).encode())
+    assert pin.buildModelFromUrdf(str(path)).nv == 1
+    assert sr.Arm.from_urdf(path) == sr.Arm.from_urdf(ARM)
 
 
 def test_a_comment_that_does_not_end_is_told():
@@ -111,8 +120,9 @@ def test_white_space_before_the_declaration_is_skipped_and_lines_are_counted(bef
 def test_utf_16_as_powershell_writes_it_is_read_whatever_it_declares(encoding, declared, tmp_path):
     text = robot(joint("ölbogen", "a", "b")).replace("?>", f"{declared}?>").replace("\n", "\r\n")
     path = tmp_path / "arm.urdf"
-    path.write_bytes(("\ufeff" + text).encode(encoding))
-    assert sr.Arm.from_urdf(path).joint_names == ("ölbogen",)
+    for mark in ("\ufeff", ""):
+        path.write_bytes((mark + text).encode(encoding))
+        assert sr.Arm.from_urdf(path).joint_names == ("ölbogen",)
 
 
 def test_half_a_character_of_utf_16_is_told(tmp_path):
