@@ -2,6 +2,7 @@
 
 import io
 import json
+import os
 import subprocess
 import sys
 
@@ -117,24 +118,34 @@ MJCF = """<!-- <robot> --><mujoco model="m"><worldbody><body name="b"><joint nam
 </worldbody></mujoco>"""
 
 
-def piped(arguments, data):
-    """The command in a process of its own, with bytes as standard input."""
-    command = [sys.executable, "-m", "stillreach", "inspect", *arguments]
-    return subprocess.run(command, input=data, capture_output=True, check=False)
+def given(monkeypatch, data):
+    """Bytes as standard input of this process."""
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(data)))
 
 
-@pytest.mark.parametrize("name", ["-", "/dev/stdin", "/dev/fd/0", "/proc/self/fd/0"])
-def test_a_robot_comes_by_standard_input(name):
-    done = piped([name, "--json"], URDF.encode())
-    assert done.returncode == 0, done.stderr
+def test_a_robot_comes_by_standard_input():
+    command = [sys.executable, "-m", "stillreach", "inspect", "/dev/stdin", "--json"]
+    done = subprocess.run(command, input=URDF.encode(), capture_output=True, check=True)
     assert [joint["name"] for joint in json.loads(done.stdout)["joints"]] == ["j", "k"]
+
+
+@pytest.mark.parametrize("folder", ["/dev/fd", "/proc/self/fd"])
+def test_a_robot_comes_by_a_pipe_that_the_shell_opened(stillreach, folder):
+    read, write = os.pipe()
+    os.write(write, URDF.encode())
+    os.close(write)
+    try:
+        found = json.loads(stillreach("inspect", f"{folder}/{read}", "--json").out)
+    finally:
+        os.close(read)
+    assert [joint["name"] for joint in found["joints"]] == ["j", "k"]
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
 def test_a_robot_is_told_by_what_is_in_it(stillreach, monkeypatch, encoding, tmp_path):
     for text, names in ((URDF, ["j", "k"]), (MJCF.replace("<robot>", ""), ["j"])):
         (tmp_path / "robot.xml").write_bytes(text.encode(encoding))
-        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode(encoding))))
+        given(monkeypatch, text.encode(encoding))
         for source in ("robot.xml", "-"):
             found = json.loads(stillreach("inspect", source, "--json").out)
             assert [joint["name"] for joint in found["joints"]] == names
@@ -143,15 +154,16 @@ def test_a_robot_is_told_by_what_is_in_it(stillreach, monkeypatch, encoding, tmp
 @pytest.mark.parametrize(
     ("data", "part"),
     [
-        (URDF.replace("revolute", "revolt").encode(), b"<stdin>, line 6, joint 'j': got 'revolt'"),
-        (b"", b"<stdin>, line 1: got no element found"),
-        (URDF.replace("revolute", "floating").encode(), b"try --base b"),
+        (URDF.replace("revolute", "revolt").encode(), "<stdin>, line 6, joint 'j': got 'revolt'"),
+        (b"", "<stdin>, line 1: got no element found"),
+        (URDF.replace("revolute", "floating").encode(), "try --base b"),
     ],
 )
-def test_a_mistake_in_standard_input_is_told(data, part):
-    done = piped(["-"], data)
-    assert (done.returncode, done.stdout) == (2, b"")
-    assert part in done.stderr
+def test_a_mistake_in_standard_input_is_told(stillreach, monkeypatch, data, part):
+    given(monkeypatch, data)
+    done = stillreach("inspect", "-")
+    assert (done.code, done.out) == (2, "")
+    assert part in done.err
 
 
 def test_a_standard_input_that_is_closed_is_told(stillreach, monkeypatch):
