@@ -12,6 +12,12 @@ from tests.unit.arm.mjcf_peer import Peer as MujocoPeer
 from tests.unit.arm.odd_arms import ODD_ARMS, configurations, scale
 
 
+@pytest.fixture(autouse=True)
+def in_a_folder_of_its_own(monkeypatch, tmp_path):
+    """MuJoCo writes a log into the working directory when it warns, e.g. of a range of one point."""
+    monkeypatch.chdir(tmp_path)
+
+
 def dh_arm():
     """Four DH rows of both kinds, seen from a base that is turned."""
     rows = [
