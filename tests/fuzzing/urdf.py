@@ -19,13 +19,14 @@ TAGS = (
         "inertial",
         "mujoco",
         "xacro:macro",
+        "xacro:call_of_mine",
     ),
     *("ns:joint", "Joint", "transmission", "x" * 200),
 )
 TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar", "", "Revolute", "ball", " revolute ")
-NUMERIC = ("lower", "upper", "velocity", "effort", "multiplier", "offset", "value")
-TRIPLE = ("xyz", "rpy")
-ATTRIBUTES = ("name", "type", "link", "joint", *NUMERIC, *TRIPLE, "xmlns:xacro", "xmlns", "xml:base")
+NUMERIC = ("lower", "upper", "velocity", "acceleration", "deceleration", "multiplier", "offset", "value")
+TRIPLE = ("xyz", "rpy", "quat_xyzw")
+ATTRIBUTES = ("name", "type", "link", "joint", "version", *NUMERIC, *TRIPLE, "xmlns:xacro", "xmlns", "xml:base")
 BOMB = "".join(f'<!ENTITY e{k} "{f"&e{k - 1};" * 10 if k else "lol"}">' for k in range(9))
 PREAMBLES = (
     f"<!DOCTYPE robot [{BOMB}]>",
@@ -147,6 +148,10 @@ def _type(rng, root):
     _any(rng, root, "joint").set("type", rng.choice(TYPES))
 
 
+def _version(rng, root):
+    root.set("version", rng.choice(("1.0", "1.1", "1.2", "1.2", "1.3", "2", "")))
+
+
 def _mimic(rng, root):
     names = [joint.get("name", "") for joint in root.iter("joint")]
     settings = {"joint": rng.choice([*names, "nobody"]), "multiplier": hostile.number(rng), "offset": "0.1"}
@@ -185,5 +190,5 @@ def _printable(text):
 WAYS = (
     *(_drop, _double, _move, _shuffle, _rename, _lose, _gain, _rewire, _swap_ends, _type, _mimic, _limits),
     *(_attribute, _rewire) * 5,
-    *(_attribute, _nest, _grow),
+    *(_attribute, _nest, _grow, _version),
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -26,6 +27,17 @@ class Chain(NamedTuple):
     followers: list[Follower]
 
 
+class Move(NamedTuple):
+    """One way in which a chain moves: what a file says of a revolute or prismatic joint; axis (3,) of length 1."""
+
+    name: str
+    kind: str
+    axis: FloatArray
+    position_limits: tuple[float, float]
+    velocity_limit: float = math.inf
+    acceleration_limit: float = math.inf
+
+
 class ChainBuilder:
     """Joints so far, and the fixed transform since the last of them.
 
@@ -43,36 +55,30 @@ class ChainBuilder:
         self.file = file
         self.joints: list[Joint] = []
         self.followers: list[tuple[Joint, Follower]] = []  # as in the file, with limits, and as in the arm
+        self.names: set[str] = set()
         self.since = np.eye(4)
 
     def fix(self, T: FloatArray) -> None:
         """Go on by a transform (4, 4) that does not change."""
         self.since = self.since @ T
 
-    def go(
-        self,
-        place: Place,
-        *,
-        name: str,
-        kind: str,
-        axis: FloatArray,
-        position_limits: tuple[float, float],
-        velocity_limit: float,
-    ) -> None:
-        """Go on by a joint that moves or is held; axis (3,) of length 1, the rest as for Joint."""
+    def go(self, place: Place, move: Move, *, backwards: bool = False) -> None:
+        """Go on by a joint that moves or is held; backwards: from its child to its parent.
+
+        Raises:
+            RobotFileError: a joint of that name is there already, or is too far away.
+        """
+        axis = -move.axis if backwards else move.axis
         if place.leader is None:
-            self.fix(moved(kind, axis, place.offset))
+            self.fix(moved(move.kind, axis, place.offset))
             return
-        placement, self.since = self._placement(f"joint {shown(name)}"), np.eye(4)
-        joint = Joint(
-            name=name,
-            kind=kind,
-            placement=placement,
-            axis=axis,
-            position_limits=position_limits,
-            velocity_limit=velocity_limit,
-        )
-        if place.leader == name:
+        label = f"joint {shown(move.name)}"
+        if move.name in self.names:
+            raise self.file.error("a second joint of that name between base and tip", "each name once", element=label)
+        self.names.add(move.name)
+        placement, self.since = self._placement(label), np.eye(4)
+        joint = Joint(placement=placement, **{**move._asdict(), "axis": axis})
+        if place.leader == move.name:
             self.joints.append(joint)
             return
         at = len(self.joints) + len(self.followers)
@@ -102,17 +108,35 @@ class ChainBuilder:
         return rigid(self.since)
 
     def _limited(self, leader: Joint) -> Joint:
-        """A joint within its own limits and those of the joints that follow it."""
-        (lower, upper), rate = leader.position_limits, leader.velocity_limit
-        for joint, follower in self.followers:
-            if follower.leader == leader.name:
-                ends = [(end - follower.offset) / follower.multiplier for end in joint.position_limits]
-                lower, upper = max(lower, min(ends)), min(upper, max(ends))
-                rate = min(rate, joint.velocity_limit / abs(follower.multiplier))
-        if lower > upper:
-            got = "no position within its limits and those of the joints that follow it"
-            raise self.file.error(got, "limits that allow one", element=f"joint {shown(leader.name)}")
-        return replace(leader, position_limits=(lower, upper), velocity_limit=rate)
+        """A joint within its own limits and those of its followers.
+
+        Limits of followers are often missing or copied from the leader; a range that would leave the leader none does
+        not count.
+        """
+        led = [(joint, follower) for joint, follower in self.followers if follower.leader == leader.name]
+        own, theirs = leader.position_limits, [_of_leader(*pair) for pair in led]
+        ranges = [own, *(pair for pair in theirs if _common([own, pair]))]
+        factors = [abs(follower.multiplier) for _, follower in led]
+        rates = [joint.velocity_limit / factor for (joint, _), factor in zip(led, factors, strict=True)]
+        changes = [joint.acceleration_limit / factor for (joint, _), factor in zip(led, factors, strict=True)]
+        return replace(
+            leader,
+            position_limits=_common(ranges) or own,
+            velocity_limit=min([leader.velocity_limit, *rates]),
+            acceleration_limit=min([leader.acceleration_limit, *changes]),
+        )
+
+
+def _of_leader(joint: Joint, follower: Follower) -> tuple[float, float]:
+    """The leader's range that keeps a follower in its own."""
+    ends = sorted((end - follower.offset) / follower.multiplier for end in joint.position_limits)
+    return ends[0], ends[1]
+
+
+def _common(ranges: list[tuple[float, float]]) -> tuple[float, float] | None:
+    """The range that all have in common, or None where that is less than a range."""
+    lower, upper = max(pair[0] for pair in ranges), min(pair[1] for pair in ranges)
+    return (lower, upper) if lower < upper else None
 
 
 def rigid(T: FloatArray) -> FloatArray:

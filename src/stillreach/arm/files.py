@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Self, cast
+from typing import IO, TYPE_CHECKING, Any, Self, cast
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -31,7 +31,7 @@ class RobotFiles:
     @classmethod
     def from_urdf(
         cls,
-        path: str | os.PathLike[str],
+        path: str | os.PathLike[str] | IO[str] | IO[bytes],
         *,
         tip: str | None = None,
         base: str | None = None,
@@ -39,21 +39,23 @@ class RobotFiles:
     ) -> Self:
         """The chain between two links of a URDF file; also up one branch of its tree and down another.
 
-        Revolute, continuous and prismatic joints become the arm's, with their names, position and velocity limits
-        (lower and upper are 0 where the file has neither, as URDF says; a missing velocity is no limit). A joint that
-        mimics another one of the chain becomes a ``Follower``: the two are one joint of the arm, within the limits of
-        both. One that mimics a joint outside the chain stands still: where a leader at 0, or at its position in
-        ``fixed``, puts it.
+        Revolute, continuous and prismatic joints become the arm's, with their names and limits (lower and upper are 0
+        where a file of URDF 1.0 or 1.1 has neither; a missing velocity is no limit; from URDF 1.2 on, the smaller of
+        acceleration and deceleration counts). A planar joint ``base`` becomes ``base_TX``, ``base_TY``, ``base_RZ``. A
+        joint that mimics another one of the chain becomes a ``Follower``: the two are one joint of the arm, within the
+        limits of both, where these leave it a range. One that mimics a joint outside the chain stands still: where a
+        leader at 0, or at its position in ``fixed``, puts it.
 
         Args:
-            path: the file, or its text (which begins with ``<``). Meshes are not looked at.
+            path: the file, its text (which begins with ``<``) or a file object, e.g. ``sys.stdin.buffer``. Meshes are
+                not looked at.
             tip: link whose frame is the tool; None takes the only link that has no child below the base.
             base: link that poses are seen from; None takes the root.
             fixed: joints held at a position [rad] or [m], which are then no joints of the arm; also leaders outside it.
 
         Raises:
-            RobotFileError: the file cannot be read, is malformed, hostile or xacro, is no tree, or has no such
-                chain; the error names file, line, element and the valid choices.
+            RobotFileError: the file cannot be read, is malformed, hostile, xacro or of an unknown version, is no tree,
+                or has no such chain; the error names file, line, element and the valid choices.
         """
         from stillreach.arm.urdf import urdf_chain
 
@@ -75,7 +77,8 @@ class RobotFiles:
         (``with_limits`` sets them). Joints that an equality constraint couples follow each other.
 
         Args:
-            path_or_model: the file (meshes need not be there), its text (begins with ``<``) or a ``mujoco.MjModel``.
+            path_or_model: the file (meshes need not be there), its text (begins with ``<``), a file object, a
+                ``mujoco.MjSpec`` or a ``mujoco.MjModel``.
             tip: body or site whose frame is the tool; None takes the only body that has no child.
             base: body that poses are seen from; None takes the world.
             fixed: joints held at a position [rad] or [m], which are then no joints of the arm.
@@ -90,7 +93,9 @@ class RobotFiles:
         return cls(joints, tool=tool, name=name, followers=followers)
 
     def to_urdf(self, path: str | os.PathLike[str] | None = None) -> str:
-        """The arm as URDF, which ``from_urdf`` reads back; acceleration limits have no place in it.
+        """The arm as URDF, which ``from_urdf`` reads back, and MuJoCo and other readers, too.
+
+        It is URDF 1.0, or 1.2 where a joint has an acceleration limit. Links have no mass; in MuJoCo each gets 1 kg.
 
         Args:
             path: where to write it; None writes nothing.

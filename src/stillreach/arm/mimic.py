@@ -55,43 +55,68 @@ class Positions:
     ) -> None:
         self.file = file
         self.mimic_of = mimic_of
-        self.moving = tuple(moving)
-        self.choices = tuple(
-            dict.fromkeys([*self.moving, *(lead for name in self.moving for lead in self._leaders(name))])
-        )
+        self.moving = dict.fromkeys(moving)
+        self.choices = self._with_leaders()
         self.held = self._checked(fixed)
+        self.places: dict[str, Place] = {}
 
     def of(self, name: str) -> Place:
         """Where a joint is."""
-        factor, offset = 1.0, 0.0
-        while name not in self.held:
+        way: list[tuple[str, Mimic]] = []
+        while (place := self._known(name)) is None:
             mimic = self.mimic_of(name)
-            if mimic is None:
-                if name in self.moving and factor != 0.0:
-                    return Place(name, factor, offset)
-                return self._still(name, offset)
-            factor, offset = factor * mimic.multiplier, factor * mimic.offset + offset
-            if mimic.leader is None:
-                return self._still(name, offset)
+            if mimic is None or mimic.leader is None:
+                offset = 0.0 if mimic is None else mimic.offset
+                leads = mimic is None and name in self.moving
+                place = self._place(name, name if leads else None, 1.0, offset)
+                break
+            way.append((name, mimic))
             name = mimic.leader
-        return self._still(name, factor * self.held[name] + offset)
+        for follower, mimic in reversed(way):
+            factor, offset = mimic.multiplier * place.factor, mimic.multiplier * place.offset + mimic.offset
+            place = self._place(follower, place.leader, factor, offset)
+        return place
 
-    def _still(self, name: str, position: float) -> Place:
-        if not abs(position) <= LARGEST:
-            expected = f"a joint between -{LARGEST:g} and {LARGEST:g}"
-            raise self.file.error(f"the position {position:g}", expected, element=f"joint {shown(name)}")
-        return Place(None, 0.0, position)
+    def _known(self, name: str) -> Place | None:
+        """Where a joint is that is held or was asked for before."""
+        if name not in self.places and name in self.held:
+            self._place(name, None, 0.0, self.held[name])
+        return self.places.get(name)
 
-    def _leaders(self, name: str) -> list[str]:
-        """Whom a joint follows, whom that one follows, and so on."""
-        found: list[str] = []
-        while (mimic := self.mimic_of(name)) is not None and mimic.leader is not None:
-            name = mimic.leader
-            if name in found:
-                got = "joints that follow each other in a cycle"
-                raise self.file.error(got, "one that leads", element=f"joint {shown(name)}")
-            found.append(name)
-        return found
+    def _place(self, name: str, leader: str | None, factor: float, offset: float) -> Place:
+        """A place that is kept.
+
+        Raises:
+            RobotFileError: it is beyond all measure.
+        """
+        limits = f"between -{LARGEST:g} and {LARGEST:g}"
+        if not abs(offset) <= LARGEST:
+            raise self.file.error(f"the position {offset:g}", f"a joint {limits}", element=f"joint {shown(name)}")
+        if not abs(factor) <= LARGEST:
+            got = f"a joint that makes {factor:g} times the motion of joint {shown(leader)}"
+            raise self.file.error(got, f"a factor {limits}", element=f"joint {shown(name)}")
+        moves = leader is not None and factor != 0.0
+        self.places[name] = Place(leader if moves else None, factor if moves else 0.0, offset)
+        return self.places[name]
+
+    def _with_leaders(self) -> tuple[str, ...]:
+        """The moving joints, those that they follow, and so on; RobotFileError if they do so in a cycle."""
+        found, done = dict.fromkeys(self.moving), set[str]()
+        for name in self.moving:
+            walk = dict[str, None]()
+            while name not in done and name not in walk:
+                walk[name] = None
+                mimic = self.mimic_of(name)
+                if mimic is None or mimic.leader is None:
+                    break
+                name = mimic.leader
+                found[name] = None
+            else:
+                if name in walk:
+                    got = "joints that follow each other in a cycle"
+                    raise self.file.error(got, "one that leads", element=f"joint {shown(name)}")
+            done.update(walk)
+        return tuple(found)
 
     def _checked(self, fixed: Any) -> dict[str, float]:
         if fixed is None:

@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from stillreach._door import FloatArray
-from stillreach.arm.chain import Chain, ChainBuilder, inverse
+from stillreach.arm.chain import Chain, ChainBuilder, Move, inverse
 from stillreach.arm.mimic import Mimic, Positions
-from stillreach.arm.placements import moved, translation
+from stillreach.arm.placements import from_quaternion, moved, translation
 from stillreach.arm.robot_file import RobotFile, listing, read
 from stillreach.arm.robot_xml import parse
 from stillreach.errors import MissingExtraError, RobotFileError
@@ -24,7 +24,7 @@ NOT_KINEMATICS = (
     *("actuators", "sensors", "tendons", "skins", "flexes", "pairs", "excludes", "keys", "tuples", "numerics", "texts"),
     *("cameras", "lights", "geoms", "meshes", "hfields", "materials", "textures", "plugins"),
 )
-"""Parts of a model, in an order in which none refers to one that is gone already."""
+"""Parts of a model, in an order in which none refers to one that is gone already, once sites have no material."""
 
 
 def mjcf_chain(source: Any, tip: Any, base: Any, fixed: Mapping[str, float] | None) -> Chain:
@@ -36,14 +36,17 @@ def mjcf_chain(source: Any, tip: Any, base: Any, fixed: Mapping[str, float] | No
 
     if isinstance(source, mujoco.MjModel):
         file, model = RobotFile("<MjModel>", "arm", b""), source
+    elif isinstance(source, mujoco.MjSpec):
+        file = RobotFile("<MjSpec>", "arm", b"")
+        model = _compile(mujoco, file, source.copy)
     else:
-        file = read(source, "an MJCF file")
-        model = _compile(mujoco, file)
+        file = read(source, "an MJCF file", also=", a mujoco.MjSpec, a mujoco.MjModel")
+        model = _compile(mujoco, file, lambda: _parsed(mujoco, file))
     bodies = _Bodies(mujoco, file, model)
     start = 0 if base is None else bodies.body("base", base)
     end, last = bodies.end(tip, start)
     way = bodies.way(start, end)
-    joints = [joint for body, _ in way for joint in bodies.joints(body)]
+    joints = [joint for body, backwards in way for joint in bodies.joints(body, backwards)]
     builder = ChainBuilder(file, passed=len(joints))
     positions = Positions(file, [bodies.joint_name(joint) for joint in joints], bodies.mimic_of, fixed)
     for body, backwards in way:
@@ -52,25 +55,40 @@ def mjcf_chain(source: Any, tip: Any, base: Any, fixed: Mapping[str, float] | No
     return builder.chain(bodies.title or file.stem)
 
 
-def _compile(mujoco: Any, file: RobotFile) -> Any:
-    """The file's model, stripped of all but bodies, joints, sites and couplings of joints."""
+def _parsed(mujoco: Any, file: RobotFile) -> Any:
+    """The MjSpec of a file, after a first look at its XML."""
     root = parse(file, max_attribute=len(file.data))
     if root.tag != "mujoco":
         advice = " (Arm.from_urdf reads URDF files)" if root.tag == "robot" else ""
         raise file.error(f"<{root.tag[:80]}>", f"<mujoco>, the root of an MJCF file{advice}", line=root.line)
+    if file.path is None:
+        return mujoco.MjSpec.from_string(file.data.decode(file.encoding or "utf-8"))
+    beside = file.path.with_name(f"{file.path.name}.xml")  # MuJoCo reads files of other names and encodings under one
+    return mujoco.MjSpec.from_file(str(beside), include={beside.name: file.data})
+
+
+def _compile(mujoco: Any, file: RobotFile, get_spec: Callable[[], Any]) -> Any:
+    """The model of a spec, stripped of all but bodies, joints, sites and couplings of joints.
+
+    Static bodies are not fused: MuJoCo would take those away that only a stripped part refers to.
+    """
     try:
-        if file.encoding:
-            spec = mujoco.MjSpec.from_string(file.data.decode(file.encoding))
-        else:
-            spec = mujoco.MjSpec.from_file(file.name)
+        spec = get_spec()
+        for site in spec.sites:
+            site.material = ""
         for part in NOT_KINEMATICS:
             for item in list(getattr(spec, part, ())):
                 spec.delete(item)
         for item in list(spec.equalities):
             if item.type != mujoco.mjtEq.mjEQ_JOINT:
                 spec.delete(item)
-        spec.compiler.boundmass = spec.compiler.boundinertia = 1.0  # bodies without geoms have no mass
+        for body in spec.bodies[1:]:  # without geoms they have no mass
+            body.explicitinertial, body.mass, body.inertia, body.fullinertia = True, 1.0, np.ones(3), np.full(6, np.nan)
+            body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+        spec.compiler.fusestatic = False
         return spec.compile()
+    except RobotFileError:
+        raise
     except (ValueError, mujoco.FatalError) as error:
         text = " ".join(str(error).split())[:300]
         line = re.search(r"line (\d+)", text)
@@ -86,6 +104,7 @@ class _Bodies:
         self.names = [model.body(i).name for i in range(model.nbody)]
         self.sites = [model.site(i).name for i in range(model.nsite)]
         self.title = model.names[: model.names.index(b"\0")].decode("utf-8", "replace").strip()
+        self.by_name = {self.joint_name(joint): joint for joint in reversed(range(model.njnt))}
         self.couplings = {}
         for i in range(model.neq):
             if model.eq_type[i] == mujoco.mjtEq.mjEQ_JOINT and model.eq_active0[i]:
@@ -132,7 +151,7 @@ class _Bodies:
             body = int(self.model.body_parentid[body])
         return way
 
-    def joints(self, body: int) -> range:
+    def joints(self, body: int, backwards: bool) -> range:
         """Indices of a body's joints.
 
         Raises:
@@ -141,11 +160,18 @@ class _Bodies:
         first, count = int(self.model.body_jntadr[body]), int(self.model.body_jntnum[body])
         for joint in range(first, first + count):
             if int(self.model.jnt_type[joint]) not in self.kinds:
-                word = ("free", "ball")[int(self.model.jnt_type[joint])]
-                got = f"a {word} joint between base and tip, in body {self.names[body]!r}"
-                expected = f"a chain of hinges and slides; base={self.names[body]!r} begins after it"
-                raise self.file.error(got, expected, element=f"joint {self.joint_name(joint)!r}")
+                raise self._unfit(joint, body, backwards)
         return range(first, first + count)
+
+    def _unfit(self, joint: int, body: int, backwards: bool) -> RobotFileError:
+        """The error of a joint that no chain can pass, with the chain beside it."""
+        name, word = self.names[body], ("free", "ball")[int(self.model.jnt_type[joint])]
+        got = f"a {word} joint between base and tip, in body {name!r}"
+        argument, verb = ("tip", "ends before") if backwards else ("base", "begins after")
+        advice = f"; {argument}={name!r} {verb} it" if name else ""
+        expected = f"a chain of hinges and slides{advice}"
+        element, choices = f"joint {self.joint_name(joint)!r}", (name,) if name else ()
+        return self.file.error(got, expected, element=element, argument=argument, choices=choices)
 
     def joint_name(self, joint: int) -> str:
         """Its name, or its body's and its place there."""
@@ -155,7 +181,7 @@ class _Bodies:
 
     def mimic_of(self, name: str) -> Mimic | None:
         """Whom a joint follows, by an equality constraint between joints."""
-        joint = next(i for i in range(self.model.njnt) if self.joint_name(i) == name)
+        joint = self.by_name[name]
         if joint not in self.couplings:
             return None
         leader, data = self.couplings[joint]
@@ -175,23 +201,16 @@ class _Bodies:
         frame = _pose(self.model.body_pos[body], self.model.body_quat[body])
         if not backwards:
             builder.fix(frame)
-        joints = self.joints(body)
+        joints = self.joints(body, backwards)
         for joint in reversed(joints) if backwards else joints:
             kind = self.kinds[int(self.model.jnt_type[joint])]
-            axis = self.model.jnt_axis[joint] * (-1.0 if backwards else 1.0)
+            axis = self.model.jnt_axis[joint].copy()
             anchor = translation(*self.model.jnt_pos[joint])
             limited = bool(self.model.jnt_limited[joint])
             lower, upper = self.model.jnt_range[joint].tolist() if limited else (-math.inf, math.inf)
-            builder.fix(anchor @ moved(kind, axis, -self._reference(joint)))
-            name = self.joint_name(joint)
-            builder.go(
-                positions.of(name),
-                name=name,
-                kind=kind,
-                axis=axis,
-                position_limits=(lower, upper),
-                velocity_limit=math.inf,
-            )
+            builder.fix(anchor @ moved(kind, -axis if backwards else axis, -self._reference(joint)))
+            move = Move(self.joint_name(joint), kind, axis, (lower, upper))
+            builder.go(positions.of(move.name), move, backwards=backwards)
             builder.fix(inverse(anchor))
         if backwards:
             builder.fix(inverse(frame))
@@ -199,8 +218,4 @@ class _Bodies:
 
 def _pose(position: FloatArray, quaternion: FloatArray) -> FloatArray:
     """(4, 4) from a position (3,) [m] and a unit quaternion (4,), scalar first."""
-    w, x, y, z = quaternion / np.linalg.norm(quaternion)
-    T = translation(*position)
-    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    T[:3, :3] += 2.0 * w * K + 2.0 * (K @ K)
-    return T
+    return translation(*position) @ from_quaternion(*(quaternion / np.linalg.norm(quaternion)))

@@ -34,6 +34,24 @@ def rotation_y(angle: float) -> FloatArray:
     return np.array([[c, 0, s, 0], [0, 1, 0, 0], [-s, 0, c, 0], [0, 0, 0, 1.0]])
 
 
+def from_quaternion(w: float, x: float, y: float, z: float) -> FloatArray:
+    """Turn by a quaternion of length 1, w its scalar part."""
+    T = np.eye(4)
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    T[:3, :3] += 2.0 * w * K + 2.0 * (K @ K)
+    return T
+
+
+def shortest_turn_from_z(direction: FloatArray) -> FloatArray:
+    """(3, 3) rotation matrix of the shortest turn of the z axis into a direction of length 1; to -z it is about x."""
+    x, y, z = direction
+    across = x * x + y * y
+    if across < 1e-18:  # rounding of ±z
+        return np.diag([1.0, math.copysign(1.0, z), math.copysign(1.0, z)])
+    k = 1.0 / (1.0 + z) if z > 0.0 else (1.0 - z) / across  # equal; each where it is accurate
+    return np.array([[1.0 - k * x * x, -k * x * y, x], [-k * x * y, 1.0 - k * y * y, y], [-x, -y, z]])
+
+
 def moved(kind: str, axis: FloatArray, position: float) -> FloatArray:
     """What a joint at a position does: a turn about its axis [rad] (Rodrigues), or a shift along it [m].
 

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from stillreach import _door
+from stillreach._text import UTF_16_MARKS
 from stillreach.errors import RobotFileError
 
 MAX_BYTES = 16 * 2**20
+UTF_16 = dict.fromkeys(UTF_16_MARKS, "utf-16") | {b"<\0": "utf-16-le", b"\0<": "utf-16-be"}
+"""How files begin that are in UTF-16, with and without a byte order mark."""
 SHOWN, COMPARED = 30, 1000
 """How many choices a message lists, and how many are searched for a name that is almost right."""
 
@@ -22,22 +25,31 @@ class RobotFile:
     """The contents of a file, and its name for messages.
 
     Attributes:
-        name: the path as it came, or ``"<text>"``.
+        name: the path as it came, or ``"<text>"`` and its like.
         stem: the file's name without folder and suffix.
-        data: what is in it.
+        data: its bytes.
         encoding: how the bytes encode text; None leaves that to the file.
+        path: a regular file that other files can be relative to, or None.
     """
 
     name: str
     stem: str
     data: bytes
     encoding: str | None = None
+    path: Path | None = None
 
     def error(
-        self, got: str, expected: str, *, line: int | None = None, element: str | None = None, argument: str = "path"
+        self,
+        got: str,
+        expected: str,
+        *,
+        line: int | None = None,
+        element: str | None = None,
+        argument: str = "path",
+        choices: tuple[str, ...] = (),
     ) -> RobotFileError:
         """An error of this file."""
-        return RobotFileError(argument, got, expected, self.name, line, element)
+        return RobotFileError(argument, got, expected, self.name, line, element, choices)
 
     def unknown(
         self,
@@ -52,41 +64,77 @@ class RobotFile:
         """An error that lists what could have been meant, e.g. ``what="a link"``."""
         names = tuple(choices)
         expected = f"{what}: {listing(names)}{did_you_mean(value, names)}"
-        return RobotFileError(argument, shown(value), expected, self.name, line, element, names)
+        return self.error(shown(value), expected, line=line, element=element, argument=argument, choices=names)
 
 
-def read(path: Any, kind: str) -> RobotFile:
+def read(source: Any, kind: str, *, also: str = "") -> RobotFile:
     """Read a file, or take text that is one.
 
     Args:
-        path: where the file is; or its text, recognised by its first character, ``<``.
+        source: the path of the file; its text, recognised by its first character, ``<``; or an object with ``read``.
         kind: what it should be, for messages: ``"a URDF file"``.
+        also: what the caller takes beside files, for messages.
 
     Raises:
         RobotFileError: there is no such file, it cannot be read, or it is larger than 16 MiB.
     """
-    if isinstance(path, str) and path.lstrip("\ufeff \t\r\n").startswith("<"):
-        return _checked(RobotFile("<text>", "arm", path.encode("utf-8", "surrogatepass"), "utf-8"))
-    if not isinstance(path, str | os.PathLike) or not isinstance(os.fspath(path), str):
-        raise RobotFileError("path", _door.describe(path), f"the path of {kind}, or its text", "path")
-    name = os.fspath(path)
+    if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
+        return _checked(RobotFile("<text>", "arm", source.encode("utf-8", "surrogatepass"), "utf-8"))
+    if callable(getattr(source, "read", None)):
+        return _checked(_stream(source, kind))
+    if not isinstance(source, str | os.PathLike) or not isinstance(os.fspath(source), str):
+        raise RobotFileError(
+            "path", _door.describe(source), f"the path of {kind}, its text{also} or a file object", "path"
+        )
+    name = os.fspath(source)
     try:
-        if Path(name).exists() and not Path(name).is_file():  # a folder, or a pipe that would never end
+        path = Path(name)
+        if path.exists() and not path.is_file():  # a folder, or a pipe that would never end
             raise RobotFileError("path", "no regular file", kind, name)
-        with Path(name).open("rb") as file:
-            return _checked(RobotFile(name, Path(name).stem or "arm", file.read(MAX_BYTES + 1)))
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
     except RobotFileError:
         raise
     except OSError as error:
         raise RobotFileError("path", f"no readable file ({error.strerror})", kind, name) from None
     except ValueError:
         raise RobotFileError("path", f"{_door.describe(name)}, which is no path", kind, "path") from None
+    return _checked(RobotFile(name, path.stem or "arm", data, path=path))
+
+
+def _stream(stream: Any, kind: str) -> RobotFile:
+    """All that a file object still holds, bytes or text."""
+    named = getattr(stream, "name", None)
+    name = named if isinstance(named, str) and named else "<stream>"
+    data, encoding = bytearray(), None
+    try:
+        while len(data) <= MAX_BYTES and (part := stream.read(MAX_BYTES + 1 - len(data))):
+            if isinstance(part, str):
+                part, encoding = part.encode("utf-8", "surrogatepass"), "utf-8"
+            elif not isinstance(part, bytes):
+                raise RobotFileError("path", f"{_door.describe(part)} from its read()", f"{kind}: bytes or text", name)
+            data += part
+    except RobotFileError:
+        raise
+    except UnicodeDecodeError as error:
+        got = f"text that is not {error.encoding}"
+        raise RobotFileError("path", got, f"{kind}; open it in binary mode ('rb')", name) from None
+    except (OSError, ValueError) as error:
+        raise RobotFileError("path", f"no readable stream ({error})", kind, name) from None
+    return RobotFile(name, "arm" if name.startswith("<") else Path(name).stem or "arm", bytes(data), encoding)
 
 
 def _checked(file: RobotFile) -> RobotFile:
+    """The file if it is not too large; UTF-16 becomes UTF-8, whatever encoding the text declares."""
     if len(file.data) > MAX_BYTES:
         raise file.error(f"more than {MAX_BYTES // 2**20} MiB", f"a file of at most {MAX_BYTES // 2**20} MiB")
-    return file
+    encoding = next((name for start, name in UTF_16.items() if file.data.startswith(start)), None)
+    if file.encoding or encoding is None:
+        return file
+    try:
+        return replace(file, data=file.data.decode(encoding).encode(), encoding="utf-8")
+    except UnicodeDecodeError:
+        raise file.error("the beginning of UTF-16, and bytes that are not UTF-16", "UTF-8 or UTF-16") from None
 
 
 def listing(names: tuple[str, ...]) -> str:

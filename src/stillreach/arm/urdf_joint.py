@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 
 import numpy as np
 
 from stillreach._door import FloatArray, unit_vector
+from stillreach.arm.chain import Move
 from stillreach.arm.mimic import LARGEST, Mimic
-from stillreach.arm.placements import rotation_x, rotation_y, rotation_z, translation
-from stillreach.arm.robot_file import RobotFile, shown
-from stillreach.arm.robot_xml import XACRO_ADVICE, Element
-from stillreach.arm.urdf_tree import UrdfJoint, only
-from stillreach.errors import RobotFileError
+from stillreach.arm.placements import (
+    from_quaternion,
+    rotation_x,
+    rotation_y,
+    rotation_z,
+    shortest_turn_from_z,
+    translation,
+)
+from stillreach.arm.robot_file import RobotFile
+from stillreach.arm.robot_xml import XACRO, XACRO_ADVICE, Element
+from stillreach.arm.urdf_numbers import JointNumbers
+from stillreach.arm.urdf_tree import UrdfJoint
 
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-NO_LIMIT = 1e9
-"""A limit [rad, m, rad/s, m/s] of this size or more is none: URDF has no word for infinity."""
-KIND_OF = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
+TYPES = ("revolute", "continuous", "prismatic", "fixed", "planar")
+QUATERNIONS, STRICT_LIMITS = (1, 1), (1, 2)
+"""The versions of URDF from which quaternions, and limits of the acceleration and required ranges are part of it."""
 
 
 @dataclass(frozen=True)
@@ -27,19 +33,13 @@ class Movement:
     """One joint's numbers.
 
     Attributes:
-        kind: ``"revolute"``, ``"prismatic"`` or ``"fixed"``.
         origin: (4, 4) [m] the child's frame seen from the parent's, joint at 0.
-        axis: (3,) of length 1, in the child's frame.
-        position: (lower, upper) [rad] or [m]; infinite for a continuous joint.
-        velocity: largest rate [rad/s] or [m/s]; infinite where the file has none.
+        moves: how it moves, one after the other: a fixed joint not at all, a planar one in three ways.
         mimic: whom it follows, or None.
     """
 
-    kind: str
     origin: FloatArray
-    axis: FloatArray
-    position: tuple[float, float]
-    velocity: float
+    moves: tuple[Move, ...]
     mimic: Mimic | None
 
 
@@ -47,117 +47,115 @@ def read_movement(file: RobotFile, joint: UrdfJoint) -> Movement:
     """The numbers of one joint.
 
     Raises:
-        RobotFileError: a type that is none of revolute, continuous, prismatic and fixed; numbers that are none, not
-            finite, too many or too large; an axis of length 0; no limits where there must be some.
+        RobotFileError: a type that is none of TYPES; numbers that are none, not finite, too many or too large; an axis
+            of length 0; no limits where there must be some.
     """
-    kind = _kind(file, joint)
-    origin = _origin(file, joint)
+    numbers, kind = JointNumbers(file, joint), _type(file, joint)
+    for child in joint.element.children:
+        if child.tag.startswith(XACRO):
+            raise numbers.error(child, "xacro", XACRO_ADVICE)
+    origin = _origin(numbers)
     if kind == "fixed":
-        return Movement(kind, origin, np.array([1.0, 0.0, 0.0]), (0.0, 0.0), 0.0, None)
-    limit = only(file, joint.element, "limit", joint.label)
-    position = _position(file, joint, limit)
-    velocity = math.inf if limit is None else _limit(file, joint, limit, "velocity", math.inf)
-    if velocity < 0.0:
-        raise _error(file, joint, limit, f"the velocity limit {velocity:g}", "a number of at least 0")
-    return Movement(kind, origin, _axis(file, joint), position, velocity, _mimic(file, joint))
+        return Movement(origin, (), None)
+    mimic, axis = _mimic(numbers), _axis(numbers)
+    if kind == "planar":
+        if mimic is not None:
+            raise numbers.error(numbers.element("mimic"), "a planar joint that follows another", "one that does not")
+        return Movement(origin, _planar(numbers, axis), None)
+    kind_of = "prismatic" if kind == "prismatic" else "revolute"
+    position = _position(numbers, kind, mimic)
+    return Movement(origin, (Move(joint.name, kind_of, axis, position, *_rates(numbers, mimic)),), mimic)
 
 
-def _kind(file: RobotFile, joint: UrdfJoint) -> str:
+def _type(file: RobotFile, joint: UrdfJoint) -> str:
     word = joint.element.attributes.get("type", "").strip()
-    if word in KIND_OF:
-        return KIND_OF[word]
-    if word in ("floating", "planar"):
-        got, expected = f"the type {word!r} between base and tip", "a chain of joints that move in one way each"
-        choices = ", ".join(KIND_OF)
-        raise file.error(got, f"{expected} ({choices})", line=joint.element.line, element=joint.label)
-    raise file.unknown(word, "a type of joint", KIND_OF, line=joint.element.line, element=joint.label)
+    if word in TYPES:
+        return word
+    raise file.unknown(word, "a type of joint", TYPES, line=joint.element.line, element=joint.label)
 
 
-def _origin(file: RobotFile, joint: UrdfJoint) -> FloatArray:
-    element = only(file, joint.element, "origin", joint.label)
+def _origin(numbers: JointNumbers) -> FloatArray:
+    element = numbers.element("origin")
     if element is None:
         return np.eye(4)
-    x, y, z = _three(file, joint, element, "xyz", (0.0, 0.0, 0.0), LARGEST)
-    roll, pitch, yaw = _three(file, joint, element, "rpy", (0.0, 0.0, 0.0), LARGEST)
-    return translation(x, y, z) @ rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll)
+    place = translation(*numbers.several(element, "xyz", 3, (0.0, 0.0, 0.0), LARGEST))
+    has_angles = "rpy" in element.attributes
+    if "quat_xyzw" in element.attributes:
+        if numbers.joint.version >= QUATERNIONS:
+            if has_angles:
+                raise numbers.error(element, "both rpy and quat_xyzw", "one of them")
+            return place @ _turned(numbers, element)
+        if not has_angles:
+            raise numbers.error(element, "quat_xyzw in a file of URDF 1.0", 'rpy, or <robot version="1.1">')
+    roll, pitch, yaw = numbers.several(element, "rpy", 3, (0.0, 0.0, 0.0), LARGEST)
+    return place @ rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll)
 
 
-def _axis(file: RobotFile, joint: UrdfJoint) -> FloatArray:
-    element = only(file, joint.element, "axis", joint.label)
-    axis = (1.0, 0.0, 0.0) if element is None else _three(file, joint, element, "xyz", None, math.inf)
+def _turned(numbers: JointNumbers, element: Element) -> FloatArray:
+    xyzw = numbers.several(element, "quat_xyzw", 4)
+    if not any(xyzw):
+        raise numbers.error(element, "a quaternion of length 0", "quat_xyzw='0 0 0 1' for no turn")
+    x, y, z, w = unit_vector("quat_xyzw", xyzw, 4)
+    return from_quaternion(w, x, y, z)
+
+
+def _axis(numbers: JointNumbers) -> FloatArray:
+    element = numbers.element("axis")
+    axis = (1.0, 0.0, 0.0) if element is None else numbers.several(element, "xyz", 3)
     if not any(axis):
-        raise _error(file, joint, element, "an axis of length 0", "a direction, e.g. xyz='0 0 1'")
+        raise numbers.error(element, "an axis of length 0", "a direction, e.g. xyz='0 0 1'")
     return unit_vector("axis", axis)
 
 
-def _position(file: RobotFile, joint: UrdfJoint, limit: Element | None) -> tuple[float, float]:
-    word = joint.element.attributes["type"].strip()
-    if word == "continuous":
+def _position(numbers: JointNumbers, kind: str, mimic: Mimic | None) -> tuple[float, float]:
+    """The range of a joint; that of a joint which follows another, and cannot be kept, is none."""
+    limit, strict = numbers.element("limit"), numbers.joint.version >= STRICT_LIMITS
+    if kind == "continuous":
         return -math.inf, math.inf
-    if limit is None:
+    if limit is None and (strict or mimic is None):
         expected = '<limit lower="..." upper="..." velocity="..."/> (a joint without limits is of type continuous)'
-        raise _error(file, joint, None, f"no <limit> in a {word} joint", expected)
-    lower, upper = (_limit(file, joint, limit, name, 0.0) for name in ("lower", "upper"))
+        raise numbers.error(None, f"no <limit> in a {kind} joint", expected)
+    for name in ("lower", "upper"):
+        if strict and limit is not None and name not in limit.attributes:
+            raise numbers.error(limit, f"no {name} in a {kind} joint", "lower and upper, which URDF 1.2 requires")
+    lower, upper = (numbers.limit(limit, name, 0.0) for name in ("lower", "upper"))
     if lower > upper or lower == math.inf or upper == -math.inf:
-        raise _error(file, joint, limit, f"lower {lower:g} above upper {upper:g}", "lower at most upper")
+        if mimic is not None and not strict:
+            return -math.inf, math.inf
+        raise numbers.error(limit, f"lower {lower:g} above upper {upper:g}", "lower at most upper")
     return lower, upper
 
 
-def _mimic(file: RobotFile, joint: UrdfJoint) -> Mimic | None:
-    element = only(file, joint.element, "mimic", joint.label)
+def _rates(numbers: JointNumbers, mimic: Mimic | None) -> tuple[float, float]:
+    """Largest velocity and acceleration."""
+    limit = numbers.element("limit")
+    names = ("velocity", "acceleration", "deceleration")
+    limits = [math.inf] * len(names)
+    for k, name in enumerate(names if numbers.joint.version >= STRICT_LIMITS else names[:1]):
+        limits[k] = numbers.limit(limit, name, math.inf)
+        if limits[k] < 0.0 and mimic is None:
+            raise numbers.error(limit, f"the {name} limit {limits[k]:g}", "a number of at least 0")
+        if limits[k] <= 0.0 and mimic is not None:
+            limits[k] = math.inf
+    return limits[0], min(limits[1:])
+
+
+def _planar(numbers: JointNumbers, axis: FloatArray) -> tuple[Move, ...]:
+    """Two slides across the axis and a turn about it, named as MuJoCo names them; URDF has no ranges for them."""
+    name, free, rates = numbers.joint.name, (-math.inf, math.inf), _rates(numbers, None)
+    across = shortest_turn_from_z(axis)
+    return (
+        Move(f"{name}_TX", "prismatic", across[:, 0], free, *rates),
+        Move(f"{name}_TY", "prismatic", across[:, 1], free, *rates),
+        Move(f"{name}_RZ", "revolute", axis, free, *rates),
+    )
+
+
+def _mimic(numbers: JointNumbers) -> Mimic | None:
+    element = numbers.element("mimic")
     if element is None:
         return None
     leader = element.attributes.get("joint", "").strip()
     if not leader:
-        raise _error(file, joint, element, "no joint to follow", '<mimic joint="..."/>')
-    multiplier = _number(file, joint, element, "multiplier", 1.0, LARGEST)
-    return Mimic(leader, multiplier, _number(file, joint, element, "offset", 0.0, LARGEST))
-
-
-def _limit(file: RobotFile, joint: UrdfJoint, element: Element, name: str, default: float) -> float:
-    number = _number(file, joint, element, name, default)
-    return math.copysign(math.inf, number) if abs(number) >= NO_LIMIT else number
-
-
-def _number(
-    file: RobotFile, joint: UrdfJoint, element: Element, name: str, default: float, largest: float = math.inf
-) -> float:
-    text = element.attributes.get(name)
-    return default if text is None else _convert(file, joint, element, name, text, largest)
-
-
-def _three(
-    file: RobotFile,
-    joint: UrdfJoint,
-    element: Element,
-    name: str,
-    default: tuple[float, float, float] | None,
-    largest: float,
-) -> tuple[float, float, float]:
-    text = element.attributes.get(name)
-    if text is None and default is not None:
-        return default
-    if text is not None and "$" in text:
-        raise _error(file, joint, element, f"xacro in {name}={shown(text)}", XACRO_ADVICE)
-    words = [] if text is None else text.split()
-    if len(words) != 3:
-        got = f"no {name}" if text is None else f"{len(words)} numbers in {name}={shown(text)}"
-        raise _error(file, joint, element, got, f"3 numbers, e.g. {name}='0 0 1'")
-    x, y, z = (_convert(file, joint, element, name, word, largest) for word in words)
-    return x, y, z
-
-
-def _convert(file: RobotFile, joint: UrdfJoint, element: Element, name: str, word: str, largest: float) -> float:
-    if "$" in word:
-        raise _error(file, joint, element, f"xacro in {name}={shown(word)}", XACRO_ADVICE)
-    number = float(word) if NUMBER.fullmatch(word.strip()) else math.nan
-    if not math.isfinite(number):
-        raise _error(file, joint, element, f"{name}={shown(word)}", "a finite number, e.g. '0.5'")
-    if abs(number) > largest:
-        raise _error(file, joint, element, f"{name}={shown(word)}", f"a number between -{largest:g} and {largest:g}")
-    return number
-
-
-def _error(file: RobotFile, joint: UrdfJoint, element: Element | None, got: str, expected: str) -> RobotFileError:
-    tag, line = ("", joint.element.line) if element is None else (f" <{element.tag}>", element.line)
-    return file.error(got, expected, line=line, element=f"{joint.label}{tag}")
+        raise numbers.error(element, "no joint to follow", '<mimic joint="..."/>')
+    return Mimic(leader, numbers.one(element, "multiplier", 1.0, LARGEST), numbers.one(element, "offset", 0.0, LARGEST))

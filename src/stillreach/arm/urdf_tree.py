@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from stillreach.arm.robot_file import RobotFile, shown
 from stillreach.arm.robot_xml import Element
 from stillreach.errors import RobotFileError
+
+VERSIONS = ("1.0", "1.1", "1.2")
 
 
 @dataclass(frozen=True)
@@ -18,12 +21,14 @@ class UrdfJoint:
         name: its name.
         parent, child: the links that it connects.
         element: the rest.
+        version: of the file, (1, 0) to (1, 2): what the element means.
     """
 
     name: str
     parent: str
     child: str
     element: Element
+    version: tuple[int, int]
 
     @property
     def label(self) -> str:
@@ -82,12 +87,13 @@ def build_tree(file: RobotFile, root: Element) -> UrdfTree:
     """The tree of a parsed URDF file.
 
     Raises:
-        RobotFileError: no robot, a name twice or missing, a link that does not exist or has two parents, a cycle,
-            links that are not connected.
+        RobotFileError: no robot, an unknown version, a name twice or missing, a link that does not exist or has two
+            parents, a cycle, links that are not connected.
     """
     if root.tag != "robot":
         advice = " (Arm.from_mjcf reads MJCF files)" if root.tag == "mujoco" else ""
         raise file.error(f"<{root.tag[:80]}>", f"<robot>, the root of a URDF file{advice}", line=root.line)
+    version = _version(file, root)
     links = tuple(_names(file, [child for child in root.children if child.tag == "link"]))
     if not links:
         raise file.error("a robot without links", "at least one <link>", line=root.line, element="<robot>")
@@ -97,7 +103,7 @@ def build_tree(file: RobotFile, root: Element) -> UrdfTree:
     known = set(links)
     for name, element in zip(_names(file, elements), elements, strict=True):
         parent, child = (_end(file, element, name, tag, known, links) for tag in ("parent", "child"))
-        joint = joints[name] = UrdfJoint(name, parent, child, element)
+        joint = joints[name] = UrdfJoint(name, parent, child, element, version)
         if child in above:
             got = f"a second parent for link {shown(child)}, which is the child of {above[child].label}, too"
             raise file.error(got, "one parent for each link: a tree", line=element.line, element=joint.label)
@@ -106,16 +112,13 @@ def build_tree(file: RobotFile, root: Element) -> UrdfTree:
     return UrdfTree(file, name, links, joints, above, _root(file, links, above))
 
 
-def only(file: RobotFile, owner: Element, tag: str, label: str) -> Element | None:
-    """The one child of that tag; None if there is none.
-
-    Raises:
-        RobotFileError: there are two.
-    """
-    found = [child for child in owner.children if child.tag == tag]
-    if len(found) > 1:
-        raise file.error(f"{len(found)} <{tag}>", "at most one", line=found[1].line, element=label)
-    return found[0] if found else None
+def _version(file: RobotFile, root: Element) -> tuple[int, int]:
+    """The version of URDF that the file is written in, 1.0 where it names none."""
+    word = root.attributes.get("version", VERSIONS[0])
+    numbers = re.fullmatch(r"\s*0*(\d{1,4})\.0*(\d{1,4})\s*", word, re.ASCII)
+    if numbers is None or f"{numbers[1]}.{numbers[2]}" not in VERSIONS:
+        raise file.error(f"version={shown(word)}", ", ".join(VERSIONS), line=root.line, element="<robot>")
+    return int(numbers[1]), int(numbers[2])
 
 
 def _names(file: RobotFile, elements: list[Element]) -> Iterator[str]:
@@ -135,11 +138,13 @@ def _names(file: RobotFile, elements: list[Element]) -> Iterator[str]:
 def _end(file: RobotFile, element: Element, name: str, tag: str, known: set[str], links: tuple[str, ...]) -> str:
     """The link at one end of a joint."""
     label = f"joint {shown(name)}"
-    end = only(file, element, tag, label)
-    link = "" if end is None else end.attributes.get("link", "").strip()
-    if end is None or not link:
-        line = element.line if end is None else end.line
-        raise file.error(f"no {tag} link", f'<{tag} link="..."/>', line=line, element=label)
+    ends = [child for child in element.children if child.tag == tag]
+    named = {end.attributes.get("link", "").strip(): end for end in reversed(ends)}
+    if len(named) > 1:
+        raise file.error(f"{len(named)} <{tag}> that differ", "one", line=ends[1].line, element=label)
+    link, end = next(iter(named.items()), ("", element))
+    if not link:
+        raise file.error(f"no {tag} link", f'<{tag} link="..."/>', line=end.line, element=label)
     if link not in known:
         raise file.unknown(link, f"a link of the file as {tag}", links, line=end.line, element=label)
     return link

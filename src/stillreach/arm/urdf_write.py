@@ -1,4 +1,4 @@
-"""An arm as a URDF file: one link for each joint, a base, a tool; kinematics and limits alone."""
+"""An arm as a URDF file: one link for each joint, a base, a tool; kinematics and limits alone, for MuJoCo, too."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stillreach import _door
 from stillreach._door import FloatArray
 from stillreach.arm.follower import Moving
 from stillreach.arm.placements import rotation_y, rotation_z
-from stillreach.arm.urdf_joint import NO_LIMIT
+from stillreach.arm.urdf_numbers import NO_LIMIT
 from stillreach.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 LONGEST = 900
 """Characters of a joint's name that its link is called after: readers, ours too, have a limit for all names."""
+FOR_MUJOCO = '  <mujoco><compiler boundmass="1" boundinertia="0.01" fusestatic="false"/></mujoco>'
+"""What makes MuJoCo read links without a mass, and keep those that do not move; other readers skip it."""
 NOT_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
@@ -47,7 +49,9 @@ def urdf_text(arm: Arm) -> str:
         *_placed(arm.tool, parent, tool),
         "  </joint>",
     ]
-    return "\n".join(['<?xml version="1.0"?>', f"<robot name={_quoted(arm.name)}>", *body, "</robot>", ""])
+    version = ' version="1.2"' if np.isfinite(arm.acceleration_limits).any() else ""
+    head = ['<?xml version="1.0"?>', f"<robot name={_quoted(arm.name)}{version}>", FOR_MUJOCO]
+    return "\n".join([*head, *body, "</robot>", ""])
 
 
 def write_urdf(arm: Arm, path: str | os.PathLike[str] | None) -> str:
@@ -94,6 +98,8 @@ def _joint(moving: Moving, leader: str, parent: str, child: str) -> list[str]:
     limit = [f'velocity="{_limit(joint.velocity_limit)}"', f'effort="{NO_LIMIT:g}"']
     if word != "continuous":
         limit = [f'lower="{_limit(lower)}"', f'upper="{_limit(upper)}"', *limit]
+    if math.isfinite(joint.acceleration_limit):
+        limit.append(f'acceleration="{_limit(joint.acceleration_limit)}"')
     return [
         f'  <joint name={_quoted(str(joint.name))} type="{word}">',
         *_placed(joint.placement, parent, child),

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import re
+import sys
+from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import IO, TYPE_CHECKING, NamedTuple
 
+from stillreach._text import UTF_16_MARKS
 from stillreach.errors import InputError, RobotFileError
 
 if TYPE_CHECKING:
     from stillreach.arm import Arm
 
-ROOT_ELEMENT = re.compile(rb"<\s*(?:\w+:)?(robot|mujoco)\b")
+ROOT_ELEMENT = re.compile(r"<\s*(?:\w+:)?(robot|mujoco)\b")
 HEAD_BYTES = 65536
-EXPECTED = "a URDF or MJCF file, or a built-in arm (stillreach arms lists them)"
+STANDARD_INPUT = "-"
+OPEN_DESCRIPTOR = re.compile(r"/dev/stdin|/(?:dev|proc/self)/fd/\d+")
+"""Paths of what is open already, e.g. the pipe of ``<(xacro robot.urdf.xacro)``; opening any other pipe could wait."""
+EXPECTED = "a URDF or MJCF file, - for standard input, or a built-in arm (stillreach arms lists them)"
 
 
 class BuiltIn(NamedTuple):
@@ -37,7 +43,8 @@ def load_arm(robot: str, *, tip: str | None, base: str | None, fixed: dict[str, 
     """The arm that ``stillreach inspect`` was asked for.
 
     Args:
-        robot: name, file, or ``package:NAME/PATH`` for a file that an installed package brings.
+        robot: name, file, ``-`` for standard input, or ``package:NAME/PATH`` for a file that an installed package
+            brings.
         tip: link (URDF), body or site (MJCF) that carries the tool.
         base: link or body the chain starts from.
         fixed: values of joints that are held and no part of the arm [rad, m].
@@ -54,17 +61,58 @@ def load_arm(robot: str, *, tip: str | None, base: str | None, fixed: dict[str, 
             if given:
                 raise InputError(option, repr(given), f"a robot file with it: {robot} is a built-in arm, and whole")
         return arm
+    source, head = _source(robot)
+    root = ROOT_ELEMENT.search(head)
+    read = Arm.from_mjcf if root and root[1] == "mujoco" else Arm.from_urdf
+    try:
+        return read(source, tip=tip, base=base, fixed=fixed)
+    except RobotFileError as error:
+        asked = {"tip": tip, "base": base}
+        if error.argument in asked and asked[error.argument] is None and error.choices:
+            error.add_note(f"try --{error.argument} {error.choices[0]}")
+        raise
+
+
+def _source(robot: str) -> tuple[Path | IO[bytes], str]:
+    """What to read the robot from, and the text that it begins with."""
+    from stillreach.arm.robot_file import MAX_BYTES
+
+    if robot == STANDARD_INPUT or OPEN_DESCRIPTOR.fullmatch(robot):  # can be read once only
+        data = _read_once(robot, MAX_BYTES + 1)
+        return _Named(data, "<stdin>" if robot == STANDARD_INPUT else robot), _beginning(data)
     path = _file(robot)
     if not path.is_file():
         got = "a folder" if path.is_dir() else "no file"
         raise InputError("ROBOT", f"{robot!r}, which is {got}", EXPECTED + _suggestion(robot))
-    read = Arm.from_mjcf if _root_element(path) == b"mujoco" else Arm.from_urdf
+    with path.open("rb") as file:
+        return path, _beginning(file.read(HEAD_BYTES))
+
+
+class _Named(BytesIO):
+    """A file in memory with a name for messages."""
+
+    def __init__(self, data: bytes, name: str) -> None:
+        super().__init__(data)
+        self.name = name
+
+
+def _read_once(robot: str, size: int) -> bytes:
+    """What standard input or another open descriptor still holds, up to a size."""
     try:
-        return read(path, tip=tip, base=base, fixed=fixed)
-    except RobotFileError as error:
-        if error.argument == "tip" and tip is None and error.choices:
-            error.add_note(f"try --tip {error.choices[0]}")
-        raise
+        if robot != STANDARD_INPUT:
+            with Path(robot).open("rb") as file:
+                return file.read(size)
+        if sys.stdin is None:
+            raise OSError(0, "it is closed")
+        return sys.stdin.buffer.read(size)
+    except OSError as error:
+        raise InputError("ROBOT", f"{robot!r}, which cannot be read ({error.strerror})", EXPECTED) from None
+
+
+def _beginning(data: bytes) -> str:
+    """The text that a file begins with."""
+    encoding = "utf-16" if data.startswith(UTF_16_MARKS) else "latin-1"  # tags are ASCII
+    return data[:HEAD_BYTES].decode(encoding, "replace")
 
 
 def _file(robot: str) -> Path:
@@ -87,13 +135,6 @@ def built_in(name: str) -> Arm | None:
         if size:
             return getattr(catalogue, arm.name)(int(size[1]))  # type: ignore[no-any-return]
     return None
-
-
-def _root_element(path: Path) -> bytes | None:
-    """What the file is by its first element; None where that is neither."""
-    with path.open("rb") as file:
-        match = ROOT_ELEMENT.search(file.read(HEAD_BYTES))
-    return match[1] if match else None
 
 
 def _suggestion(robot: str) -> str:

@@ -19,7 +19,11 @@ if TYPE_CHECKING:
 def inspect(
     robot: Annotated[
         str,
-        typer.Argument(metavar="ROBOT", help="A URDF or MJCF file, or a built-in arm.", autocompletion=complete_robot),
+        typer.Argument(
+            metavar="ROBOT",
+            help="A URDF or MJCF file, - for standard input, or a built-in arm.",
+            autocompletion=complete_robot,
+        ),
     ],
     tip: Annotated[str | None, typer.Option(help="Link (URDF), body or site (MJCF) that carries the tool.")] = None,
     base: Annotated[str | None, typer.Option(help="Link or body that the chain starts from.")] = None,

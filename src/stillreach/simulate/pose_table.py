@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,11 +16,10 @@ from stillreach.simulate.course import Course, Legs, turned_and_shifted
 from stillreach.simulate.profile import RAMP
 from stillreach.simulate.rotations import exp, from_quaternions, from_rpy, log
 from stillreach.simulate.shapes import rising, set_fields
+from stillreach.simulate.table import read_table
 
 JUMP = 1e-3
 """[m, rad] how far a table's first pose may be from where the tool is at that time."""
-
-LARGEST_FILE = 64 * 2**20
 
 POSITION = ("x", "y", "z")
 ATTITUDES = {"quaternion": ("qw", "qx", "qy", "qz"), "rpy": ("roll", "pitch", "yaw"), "vector": ("rx", "ry", "rz")}
@@ -74,10 +72,11 @@ class PoseTable(Course):
         """Read a table whose first line names its columns: time [s], x, y, z, and an attitude or none.
 
         An attitude is a quaternion (qw, qx, qy, qz), roll, pitch, yaw as URDF has them, or a rotation vector
-        (rx, ry, rz).
+        (rx, ry, rz). The first line also tells what separates the columns: commas, semicolons, tabs, bars or spaces.
+        Numbers may have a decimal comma where commas do not separate them.
 
         Args:
-            path: the file, UTF-8, separated by commas.
+            path: the file, UTF-8 or, with a byte order mark, UTF-16.
             relative: as for PoseTable.
             length: [m] unit of x, y, z in the file.
             angle: [rad] unit of its angles.
@@ -85,12 +84,9 @@ class PoseTable(Course):
         Raises:
             InputError: the file is missing or not such a table; the message names the line.
         """
-        columns, rows = _read(Path(path))
+        columns, rows = read_table(Path(path), _wanted, COLUMNS)
         place = {name: k for k, name in enumerate(columns)}
-        attitude = next((kind for kind, names in ATTITUDES.items() if names[0] in place), None)
-        wanted = {"time", *POSITION, *(ATTITUDES[attitude] if attitude else ())}
-        if set(columns) != wanted or len(columns) != len(wanted):
-            raise InputError(str(path), f"the columns {', '.join(columns)[:200]}", COLUMNS)
+        attitude = _attitude(columns)
         turns = None
         if attitude:
             entries = rows[:, [place[name] for name in ATTITUDES[attitude]]]
@@ -140,36 +136,12 @@ def _rotations(value: npt.ArrayLike, count: int) -> FloatArray:
     return _door.frozen(R)
 
 
-def _read(path: Path) -> tuple[list[str], FloatArray]:
-    """Names of the columns and the numbers below them."""
-    name = str(path)
-    try:
-        if not path.is_file():
-            raise OSError(0, "a folder or a device" if path.exists() else "no such file")
-        size = path.stat().st_size
-        if size > LARGEST_FILE:
-            raise OSError(0, f"{size / 2**20:.0f} MiB")
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        raise InputError(name, "bytes that are not UTF-8", "a CSV file in UTF-8") from None
-    except OSError as error:
-        expected = f"a CSV file of at most {LARGEST_FILE // 2**20} MiB"
-        raise InputError(name, error.strerror or "a file that cannot be read", expected) from None
-    except ValueError as error:
-        raise InputError(name, str(error), "the path of a CSV file") from None
-    try:
-        table = [(k + 1, row) for k, row in enumerate(csv.reader(lines, skipinitialspace=True)) if row]
-    except csv.Error as error:
-        raise InputError(name, str(error), "a CSV file") from None
-    if len(table) < 2:
-        raise InputError(name, f"{len(table)} lines", f"a line with the columns ({COLUMNS}) and a line for each pose")
-    columns = [column.strip() for column in table[0][1]]
-    rows = np.empty((len(table) - 1, len(columns)))
-    for k, (line, row) in enumerate(table[1:]):
-        try:
-            rows[k] = [float(entry) for entry in row]
-        except ValueError:
-            raise InputError(f"{name}:{line}", ", ".join(row)[:80], f"{len(columns)} numbers") from None
-        if not np.all(np.abs(rows[k]) < 1e12):
-            raise InputError(f"{name}:{line}", ", ".join(row)[:80], "finite numbers below 1e12") from None
-    return columns, rows
+def _attitude(columns: list[str]) -> str | None:
+    """The kind of attitude that columns give."""
+    return next((kind for kind, names in ATTITUDES.items() if names[0] in columns), None)
+
+
+def _wanted(columns: list[str]) -> set[str]:
+    """The columns that a table with some of them must have."""
+    attitude = _attitude(columns)
+    return {"time", *POSITION, *(ATTITUDES[attitude] if attitude else ())}

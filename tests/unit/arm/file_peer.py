@@ -28,7 +28,7 @@ class Peer:
         for follower, (leader, multiplier, offset) in self.follows.items():
             if follower not in self.held:
                 values[follower] = multiplier * values.get(leader, 0.0) + offset
-        whole = pin.neutral(self.model)
+        whole = self.neutral()
         for name, value in values.items():
             joint = self.model.joints[self.ids[name]]
             whole[joint.idx_q : joint.idx_q + joint.nq] = [np.cos(value), np.sin(value)] if joint.nq == 2 else value
@@ -37,6 +37,14 @@ class Peer:
         turned = np.cross(J_base[3:].T, arm).T
         J = np.kron(np.eye(2), T_base[:3, :3].T) @ np.vstack([J_tip[:3] - J_base[:3] - turned, J_tip[3:] - J_base[3:]])
         return np.linalg.inv(T_base) @ T_tip, np.stack([self._column(J, name) for name in names], axis=1)
+
+    def neutral(self):
+        """Pinocchio's configuration with all joints at 0."""
+        return pin.neutral(self.model)
+
+    def pose(self, link, whole):
+        """Pose (4, 4) of a link, seen from the root, at a configuration of Pinocchio."""
+        return self._frame(link, whole)[0]
 
     def _frame(self, link, whole):
         frame = self.model.getFrameId(link, pin.FrameType.BODY)

@@ -1,6 +1,7 @@
 """Joints that follow other joints of the arm: one joint to everybody, two to the kinematics."""
 
 import pickle
+import time
 
 import numpy as np
 import pytest
@@ -81,11 +82,85 @@ def test_held_joints_free_their_followers_from_them():
     assert whole.forward([0.3, 0.1]) == pytest.approx(apart.forward([0.3, 0.1]), abs=1e-15)
 
 
-def test_limits_that_cannot_both_be_kept_are_refused():
-    follow = '<mimic joint="j" offset="9"/>'
-    text = robot(joint("j", "a", "b"), joint("k", "b", "c", extra=follow))
-    with pytest.raises(sr.RobotFileError, match="joint 'j': got no position within its limits and those"):
-        sr.Arm.from_urdf(text)
+CARELESS = {
+    # what is wrong: (attributes of the follower's <limit>, its <mimic>)
+    "no range": ('velocity="1" effort="1"', 'multiplier="-1"'),
+    "no <limit>": ("", ""),
+    "a range of one point": ('lower="0" upper="0" velocity="1"', ""),
+    "the leader's range, not turned round": ('lower="0" upper="0.8" velocity="1"', 'multiplier="-1"'),
+    "turned round, but not swapped": ('lower="0" upper="-0.8" velocity="1"', 'multiplier="-1"'),
+    "a range out of reach": ('lower="-1" upper="2" velocity="1"', 'offset="9"'),
+    "no velocity": ('lower="-1" upper="2" velocity="0"', ""),
+    "a negative velocity": ('lower="-1" upper="2" velocity="-2"', ""),
+}
+
+
+@pytest.mark.parametrize("mistake", CARELESS)
+def test_careless_limits_of_a_mimic_joint_do_not_hold_its_leader(mistake):
+    limit, mimic = CARELESS[mistake]
+    text = robot(
+        joint("j", "a", "b", limit='lower="0" upper="0.8" velocity="1"'),
+        joint("k", "b", "c", limit=limit, extra=f'<mimic joint="j" {mimic}/>'),
+    )
+    arm = sr.Arm.from_urdf(text)
+    assert arm.position_limits.tolist() == [[0.0, 0.8]]
+    assert arm.velocity_limits.tolist() == [1.0]
+
+
+def test_one_careless_follower_does_not_free_the_leader_of_the_others():
+    follow = '<mimic joint="j" multiplier="{}"/>'
+    text = robot(
+        joint("j", "a", "b", limit='lower="0" upper="0.8" velocity="1"'),
+        joint("k", "b", "c", limit='lower="0" upper="0.8" velocity="1"', extra=follow.format(-1)),
+        joint("l", "c", "d", limit='lower="0" upper="0.8" velocity="1"', extra=follow.format(2)),
+    )
+    arm = sr.Arm.from_urdf(text)
+    assert arm.position_limits.tolist() == [[0.0, 0.4]]
+    assert arm.velocity_limits.tolist() == [0.5]
+
+
+def test_a_leader_that_its_own_limits_hold_stays_held():
+    text = robot(
+        joint("j", "a", "b", limit='lower="0.5" upper="0.5" velocity="1"'),
+        joint("k", "b", "c", extra='<mimic joint="j"/>'),
+        joint("l", "c", "d"),
+    )
+    assert sr.Arm.from_urdf(text).position_limits.tolist() == [[0.5, 0.5], [-1.0, 2.0]]
+
+
+@pytest.mark.parametrize("count", [900, 4000])
+def test_a_long_chain_of_followers_is_read_soon(count):
+    """On the way from base to tip, and beside it."""
+    follow = [
+        f'<mimic joint="{"lead" if k == 0 else f"j{k - 1}"}" multiplier="-1" offset="0.25"/>' for k in range(count)
+    ]
+    beside = count > 1000
+    links = [("base" if beside or k == 0 else f"l{k - 1}", f"l{k}") for k in range(count)]
+    joints = [joint(f"j{k}", *links[k], "continuous", extra=follow[k]) for k in range(count)]
+    last = joint("last", "mount", "tip", "continuous", extra=f'<mimic joint="j{count - 1}"/>')
+    text = robot(
+        joint("lead", "root", "base", "continuous"),
+        *joints,
+        joint("lift", "base" if beside else f"l{count - 1}", "mount", "fixed"),
+        last,
+    )
+    before = time.process_time()
+    arm = sr.Arm.from_urdf(text, base="root", tip="tip")
+    assert time.process_time() - before < 2.0
+    assert arm.joint_names == ("lead",)
+    assert [(f.multiplier, f.offset) for f in arm.followers[:1]] == [(-1.0, 0.25)] if not beside else [(1.0, 0.0)]
+    # position of j_k: lead after an even number of turns round, 0.25 - lead after an odd one
+    assert (arm.followers[-1].multiplier, arm.followers[-1].offset) == (1.0, 0.0)
+
+
+def test_a_long_chain_of_couplings_in_an_mjcf_file_is_read_soon():
+    bodies = "".join(f'<body name="b{k}"><joint name="j{k}"/></body>' for k in range(1500))
+    led = "".join(f'<joint joint1="j{k + 1}" joint2="j{k}" polycoef="0 -1 0 0 0"/>' for k in range(1499))
+    text = f"<mujoco><worldbody>{bodies}</worldbody><equality>{led}</equality></mujoco>"
+    before = time.process_time()
+    with pytest.raises(sr.RobotFileError, match="no joint that moves"):
+        sr.Arm.from_mjcf(text, tip="b1499")
+    assert time.process_time() - before < 2.0
 
 
 def test_joints_coupled_in_an_mjcf_file_follow_each_other():

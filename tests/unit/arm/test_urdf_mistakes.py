@@ -10,6 +10,7 @@ import stillreach as sr
 from tests.unit.arm.urdf_texts import joint, robot
 
 GOOD = robot(joint("shoulder", "base", "upper"), joint("elbow", "upper", "hand"))
+URDF_1_1, URDF_1_2 = (GOOD.replace("<robot ", f'<robot version="{version}" ') for version in ("1.1", "1.2"))
 
 
 def refused(text, **asked):
@@ -38,7 +39,7 @@ MISTAKES = {
         GOOD.replace('<parent link="upper"/>', '<parent link="upper"/><parent link="base"/>'),
         7,
         "joint 'elbow'",
-        "2 <parent>",
+        "2 <parent> that differ",
     ),
     "a link that is not there": (
         GOOD.replace('parent link="upper"', 'parent link="Uper"'),
@@ -56,8 +57,12 @@ MISTAKES = {
         "a cycle",
     ),
     "two trees": (robot(joint("j", "a", "b"), joint("k", "c", "d")), None, None, "2 links without a parent: 'a', 'c'"),
-    "a floating joint": (GOOD.replace('"revolute"', '"floating"'), 6, "joint 'shoulder'", "'floating' between base"),
-    "a planar joint": (GOOD.replace('"revolute"', '"planar"'), 6, "joint 'shoulder'", "'planar' between base"),
+    "a floating joint": (
+        GOOD.replace('"revolute"', '"floating"', 1),
+        6,
+        "joint 'shoulder'",
+        "base: got the type 'floating' between base and tip, expected a chain on one side of it: base='upper' begins",
+    ),
     "an unknown type": (GOOD.replace('"revolute"', '"Revolut"'), 6, "joint 'shoulder'", "did you mean 'revolute'?"),
     "no type": (GOOD.replace('type="revolute"', ""), 6, "joint 'shoulder'", "got ''"),
     "no limit": (robot(joint("j", "a", "b", limit="").replace("<limit />", "")), 5, "joint 'j'", "type continuous"),
@@ -93,17 +98,29 @@ MISTAKES = {
         "'1e999'",
     ),
     "too large for an arm": (GOOD.replace('xyz="0 0 0"', 'xyz="0 2e6 0"'), 6, "joint 'shoulder' <origin>", "1e+06"),
-    "an xacro element": (
-        GOOD.replace("</robot>", '<xacro:arm xmlns:xacro="http://ros.org/wiki/xacro"/></robot>'),
+    "xacro that was not expanded": (
+        GOOD.replace("</robot>", '<xacro:include xmlns:xacro="http://ros.org/wiki/xacro"/></robot>'),
         8,
-        "<xacro:arm>",
+        "<xacro:include>",
         "`xacro robot.urdf.xacro > robot.urdf`",
     ),
     "xacro by another prefix": (
-        GOOD.replace("</robot>", '<x:arm xmlns:x="http://ros.org/wiki/xacro"/></robot>'),
+        GOOD.replace("</robot>", '<x:if xmlns:x="http://ros.org/wiki/xacro"/></robot>'),
         8,
-        "<x:arm>",
+        "<x:if>",
         "expand xacro first",
+    ),
+    "a xacro call in a joint of the chain": (
+        GOOD.replace("<axis ", "<xacro:limits/><axis ", 1),
+        6,
+        "joint 'shoulder' <xacro:limits>",
+        "expand xacro first",
+    ),
+    "a xacro call that made a link": (
+        GOOD.replace('<link name="upper"/>', "<xacro:upper/>"),
+        6,
+        "joint 'shoulder'",
+        "<xacro:upper> in line 4 is not expanded",
     ),
     "a xacro expression": (
         GOOD.replace('xyz="0 0 0"', 'xyz="0 0 ${l / 2}"'),
@@ -144,7 +161,7 @@ MISTAKES = {
     "joints that follow each other": (
         robot(joint("j", "a", "b", extra='<mimic joint="k"/>'), joint("k", "b", "c", extra='<mimic joint="j"/>')),
         None,
-        "joint 'k'",
+        "joint 'j'",
         "cycle",
     ),
     "a follower far away": (
@@ -152,8 +169,86 @@ MISTAKES = {
         .replace("</robot>", joint("l", "a", "d", extra='<mimic joint="m" offset="9e5"/>') + "</robot>")
         .replace("</robot>", '<link name="d"/><link name="e"/>' + joint("m", "a", "e") + "</robot>"),
         None,
-        "joint 'm'",
+        "joint 'k'",
         "the position 8.1e+11",
+    ),
+    "followers that run away": (
+        robot(
+            joint("j", "a", "b"),
+            joint("k", "b", "c", extra='<mimic joint="j" multiplier="1e4"/>'),
+            joint("l", "c", "d", extra='<mimic joint="k" multiplier="1e4"/>'),
+        ),
+        None,
+        "joint 'l'",
+        "1e+08 times the motion of joint 'j'",
+    ),
+    "a version to come": (
+        GOOD.replace("<robot ", '<robot version="1.3" '),
+        2,
+        "<robot>",
+        "got version='1.3', expected 1.0, 1.1, 1.2",
+    ),
+    "a version without a point": (GOOD.replace("<robot ", '<robot version="1" '), 2, "<robot>", "got version='1'"),
+    "an empty version": (GOOD.replace("<robot ", '<robot version="" '), 2, "<robot>", "got version=''"),
+    "a quaternion in URDF 1.0": (
+        GOOD.replace('rpy="0 0 0"', 'quat_xyzw="0 0 0 1"'),
+        6,
+        "joint 'shoulder' <origin>",
+        "quat_xyzw in a file of URDF 1.0",
+    ),
+    "angles and a quaternion": (
+        URDF_1_1.replace('rpy="0 0 0"', 'rpy="0 0 0" quat_xyzw="0 0 0 1"'),
+        6,
+        "joint 'shoulder' <origin>",
+        "both rpy and quat_xyzw",
+    ),
+    "a quaternion of length 0": (
+        URDF_1_1.replace('rpy="0 0 0"', 'quat_xyzw="0 0 0 0"'),
+        6,
+        "joint 'shoulder' <origin>",
+        "a quaternion of length 0",
+    ),
+    "a quaternion of three numbers": (
+        URDF_1_1.replace('rpy="0 0 0"', 'quat_xyzw="0 0 1"'),
+        6,
+        "joint 'shoulder' <origin>",
+        "3 numbers in quat_xyzw='0 0 1', expected 4 numbers",
+    ),
+    "no lower limit in URDF 1.2": (
+        URDF_1_2.replace('lower="-1"', ""),
+        6,
+        "joint 'shoulder' <limit>",
+        "no lower in a revolute joint",
+    ),
+    "no upper limit in URDF 1.2": (
+        URDF_1_2.replace('upper="2"', ""),
+        6,
+        "joint 'shoulder' <limit>",
+        "no upper in a revolute joint",
+    ),
+    "a negative deceleration": (
+        URDF_1_2.replace('velocity="3"', 'deceleration="-3"'),
+        6,
+        "joint 'shoulder' <limit>",
+        "the deceleration limit -3",
+    ),
+    "a planar joint that follows": (
+        robot(joint("j", "a", "b"), joint("p", "b", "c", "planar", extra='<mimic joint="j"/>')),
+        7,
+        "joint 'p' <mimic>",
+        "a planar joint that follows",
+    ),
+    "a joint that follows a planar one": (
+        robot(joint("p", "a", "b", "planar"), joint("j", "b", "c", extra='<mimic joint="p"/>')),
+        7,
+        "joint 'j'",
+        "follows the planar joint 'p'",
+    ),
+    "a part of a planar joint with the name of another": (
+        robot(joint("p", "a", "b", "planar"), joint("p_TX", "b", "c")),
+        6,
+        "joint 'p'",
+        "'p_TX' has the name of another joint",
     ),
 }
 

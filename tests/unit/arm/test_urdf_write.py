@@ -5,9 +5,17 @@ import pytest
 
 import stillreach as sr
 from stillreach.arm.urdf_write import roll_pitch_yaw
+from tests.unit.arm.coupled_arms import coupled
 from tests.unit.arm.file_peer import Peer
 from tests.unit.arm.literal_kinematics import rotation
+from tests.unit.arm.mjcf_peer import Peer as MujocoPeer
 from tests.unit.arm.odd_arms import ODD_ARMS, configurations, scale
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder_of_its_own(monkeypatch, tmp_path):
+    """MuJoCo writes a log into the working directory when it warns, e.g. of a range of one point."""
+    monkeypatch.chdir(tmp_path)
 
 
 def dh_arm():
@@ -55,7 +63,7 @@ def test_three_angles_explain_any_rotation(pitch):
         assert np.max(np.abs(R - T[:3, :3])) <= 1e-15
 
 
-def test_limits_of_every_kind_come_back():
+def test_limits_of_every_kind_come_back_and_mujoco_reads_them():
     inf = np.inf
     limits = [(-inf, inf), (-1.0, inf), (-inf, 2.0), (0.1, 0.1)]
     joints = [sr.Joint(kind=kind, position_limits=pair) for kind in ("revolute", "prismatic") for pair in limits]
@@ -63,6 +71,44 @@ def test_limits_of_every_kind_come_back():
     again = sr.Arm.from_urdf(arm.to_urdf())
     assert again.position_limits.tolist() == arm.position_limits.tolist()
     assert again.velocity_limits.tolist() == arm.velocity_limits.tolist()
+    assert MujocoPeer(arm.to_urdf()).model.nv == 8
+
+
+def test_acceleration_limits_come_back():
+    limits = [np.inf, 0.0, 1e-300, 5.0]
+    arm = sr.arms.planar(4).with_limits(acceleration=limits, velocity=2.0)
+    assert sr.Arm.from_urdf(arm.to_urdf()).acceleration_limits.tolist() == limits
+    assert Peer(arm.to_urdf()).model.nv == 4
+
+
+def test_without_them_the_file_is_urdf_1_0_which_every_reader_takes():
+    assert "version=" not in sr.arms.planar(4).to_urdf().split("?>")[1]
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_mujoco_reads_an_arm_and_keeps_its_tool(name):
+    arm = ARMS[name]()
+    peer = MujocoPeer(arm.to_urdf())
+    assert list(peer.joints) == list(arm.joint_names)
+    assert peer.model.body(peer.model.nbody - 1).name == "tool"
+    for q in configurations(arm.n, seed=3):
+        T, J = peer.chain("base_link", "tool", arm.joint_names, q)
+        size = scale(arm, q)
+        assert np.max(np.abs(T - arm.forward(q))) <= 1e-10 * size
+        assert np.max(np.abs(J - arm.jacobian(q))) <= 1e-10 * size
+
+
+def test_mujoco_couples_the_followers_of_an_arm():
+    arm = coupled()
+    peer = MujocoPeer(arm.to_urdf())
+    couplings = {
+        peer.model.joint(peer.model.eq_obj1id[i]).name: (
+            peer.model.joint(peer.model.eq_obj2id[i]).name,
+            *peer.model.eq_data[i, 1::-1],
+        )
+        for i in range(peer.model.neq)
+    }
+    assert couplings == {f.joint.name: (f.leader, f.multiplier, f.offset) for f in arm.followers}
 
 
 def test_names_that_mean_something_in_xml_come_back():

@@ -1,6 +1,10 @@
 """What `stillreach inspect` tells of an arm, against plain linear algebra."""
 
+import io
 import json
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -8,6 +12,7 @@ import pytest
 import stillreach as sr
 from stillreach.cli._locks import direction, locks, typical
 from stillreach.cli._robots import BUILT_IN, built_in
+from tests.unit.arm.urdf_texts import joint, robot
 
 
 def manipulability(J):
@@ -106,3 +111,64 @@ def test_held_joints_are_told_one_by_one_or_with_commas(stillreach, tmp_path):
     other = stillreach("inspect", "arm.urdf", "--json", "--fixed", "j1=90deg, j3=0.2").out
     assert json.loads(one) == json.loads(other)
     assert [joint["name"] for joint in json.loads(one)["joints"]] == ["j2", "j4", "j5", "j6", "j7"]
+
+
+URDF = robot(joint("j", "a", "b"), joint("k", "b", "c", "continuous"))
+MJCF = """<!-- <robot> --><mujoco model="m"><worldbody><body name="b"><joint name="j"/><geom size=".1"/></body>
+</worldbody></mujoco>"""
+
+
+def given(monkeypatch, data):
+    """Bytes as standard input of this process."""
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(data)))
+
+
+def test_a_robot_comes_by_standard_input():
+    command = [sys.executable, "-m", "stillreach", "inspect", "/dev/stdin", "--json"]
+    done = subprocess.run(command, input=URDF.encode(), capture_output=True, check=True)
+    assert [joint["name"] for joint in json.loads(done.stdout)["joints"]] == ["j", "k"]
+
+
+@pytest.mark.parametrize("folder", ["/dev/fd", "/proc/self/fd"])
+def test_a_robot_comes_by_a_pipe_that_the_shell_opened(stillreach, folder):
+    read, write = os.pipe()
+    os.write(write, URDF.encode())
+    os.close(write)
+    try:
+        found = json.loads(stillreach("inspect", f"{folder}/{read}", "--json").out)
+    finally:
+        os.close(read)
+    assert [joint["name"] for joint in found["joints"]] == ["j", "k"]
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_a_robot_is_told_by_what_is_in_it(stillreach, monkeypatch, encoding, tmp_path):
+    for text, names in ((URDF, ["j", "k"]), (MJCF.replace("<robot>", ""), ["j"])):
+        (tmp_path / "robot.xml").write_bytes(text.encode(encoding))
+        given(monkeypatch, text.encode(encoding))
+        for source in ("robot.xml", "-"):
+            found = json.loads(stillreach("inspect", source, "--json").out)
+            assert [joint["name"] for joint in found["joints"]] == names
+
+
+@pytest.mark.parametrize(
+    ("data", "part"),
+    [
+        (URDF.replace("revolute", "revolt").encode(), "<stdin>, line 6, joint 'j': got 'revolt'"),
+        (b"", "<stdin>, line 1: got no element found"),
+        (URDF.replace("revolute", "floating").encode(), "try --base b"),
+    ],
+)
+def test_a_mistake_in_standard_input_is_told(stillreach, monkeypatch, data, part):
+    given(monkeypatch, data)
+    done = stillreach("inspect", "-")
+    assert (done.code, done.out) == (2, "")
+    assert part in done.err
+
+
+def test_a_standard_input_that_is_closed_is_told(stillreach, monkeypatch):
+    monkeypatch.setattr(sys, "stdin", None)
+    done = stillreach("inspect", "-")
+    assert done.code == 2
+    assert "'-', which cannot be read (it is closed)" in done.err
+    assert "/dev/fd/99" in stillreach("inspect", "/dev/fd/99").err

@@ -1,5 +1,7 @@
 """Tables of poses from CSV files."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -50,7 +52,78 @@ def test_a_table_that_is_none_says_why_and_where(tmp_path, text, match):
         sr.PoseTable.from_csv(file)
 
 
-@pytest.mark.parametrize("content", [None, b"\xff\xfe", b"time,x,y,z\n0,\x00,1,2\n"])
+COMMAS = "time,x,y,z\n0.5,1,-2e-3,3.25\n1.5,2,.5,4\n"
+TABLES = {
+    "commas": COMMAS,
+    "commas and spaces": COMMAS.replace(",", ", "),
+    "semicolons": COMMAS.replace(",", ";"),
+    "semicolons and decimal commas": COMMAS.replace(",", ";").replace(".", ","),
+    "tabs": COMMAS.replace(",", "\t"),
+    "tabs and decimal commas": COMMAS.replace(",", "\t").replace(".", ","),
+    "bars": COMMAS.replace(",", " | "),
+    "spaces": COMMAS.replace(",", " "),
+    "spaces in columns": " " + COMMAS.replace(",", "   ").replace("\n", " \n ").rstrip(" "),
+    "spaces and decimal commas": COMMAS.replace(",", "  ").replace(".", ","),
+    "quotes": COMMAS.replace("time,x,y,z", '"time","x","y","z"'),
+    "quotes and semicolons": '"time";"x";"y";"z"\n"0,5";"1";"-2e-3";"3,25"\n"1,5";"2";",5";"4"\n',
+    "empty lines": "\n\n" + COMMAS.replace("\n", "\n\n"),
+    "lines of separators": COMMAS.replace(",", ";") + ";;;\n;;;\n",
+    "ends of lines of Windows": COMMAS.replace("\n", "\r\n"),
+    "ends of lines of old machines": COMMAS.replace(",", ";").replace(".", ",").replace("\n", "\r"),
+}
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+@pytest.mark.parametrize("separated", TABLES)
+def test_a_table_says_itself_what_separates_its_columns(separated, encoding, tmp_path):
+    file = tmp_path / "poses.csv"
+    file.write_bytes(TABLES[separated].encode(encoding))
+    table = sr.PoseTable.from_csv(file)
+    assert table.times.tolist() == [0.5, 1.5]
+    assert table.points.tolist() == [[1.0, -0.002, 3.25], [2.0, 0.5, 4.0]]
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("time;x;y;z\n1;1.234,5;0;0\n", r"poses\.csv:2: got .* decimal commas"),
+        ("time;x;y;z\n1;1,234,567;0;0\n", r"poses\.csv:2"),
+        ("time;x;y;z\n1;1,234;0.5;0\n", r"poses\.csv:2: got .* decimal commas"),
+        ("time,x,y,z\n1,5,2,0,0\n", r"poses\.csv:2: got 1, 5, 2, 0, 0, expected 4 numbers"),
+        ("time,x,y,z\n1\n", r"poses\.csv:2: got 1, expected 4 numbers"),
+        ("time;x;y\n", "the columns time, x, y,"),
+        ("time:x:y:z\n1:2:3:4\n", "the columns time:x:y:z"),
+    ],
+)
+def test_other_separators_leave_no_number_to_a_guess(tmp_path, text, match):
+    file = tmp_path / "poses.csv"
+    file.write_text(text)
+    with pytest.raises(sr.InputError, match=match):
+        sr.PoseTable.from_csv(file)
+
+
+@pytest.mark.parametrize("columns", [1500, 100_000])
+@pytest.mark.parametrize("rows", ["1\n" * 200_000, "," * 2_000_000], ids=["many rows", "a long row"])
+def test_many_columns_ask_for_no_memory(tmp_path, columns, rows):
+    file = tmp_path / "poses.csv"
+    file.write_text(",".join(f"c{k}" for k in range(columns)) + f"\n{rows}")
+    tracemalloc.start()
+    try:
+        with pytest.raises(sr.InputError, match=r"the columns c0, c1|poses\.csv:1: got a line of 688889 characters"):
+            sr.PoseTable.from_csv(file)
+        assert tracemalloc.get_traced_memory()[1] < 100e6  # of which 64 MiB wait for the file
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_row_of_many_entries_asks_for_no_memory(tmp_path):
+    file = tmp_path / "poses.csv"
+    file.write_text("time,x,y,z\n0,0,0,0\n" + "," * 4_000_000)
+    with pytest.raises(sr.InputError, match=r"poses\.csv:3: got a line of 4000000 characters"):
+        sr.PoseTable.from_csv(file)
+
+
+@pytest.mark.parametrize("content", [None, b"\xff\xfe", b"\xff\xfea", b"\xff", b"time,x,y,z\n0,\x00,1,2\n"])
 def test_a_table_that_cannot_be_read_says_so(tmp_path, content):
     file = tmp_path / "poses.csv"
     if content is not None:

@@ -25,6 +25,21 @@ def test_the_papers_second_example_from_its_file_is_the_one_built_in_python_bit_
     assert same_run(sr.Scenario.load("paper-example-2"), scenarios()[EXAMPLE_2_CLOSED_FORM])
 
 
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16-le", "utf-16-be"])
+def test_a_file_as_powershell_writes_it_is_read(encoding, tmp_path):
+    file = tmp_path / "reach.toml"
+    text = PLANAR if encoding == "utf-8-sig" else f"\ufeff{PLANAR}"
+    file.write_bytes(text.replace("\n", "\r\n").encode(encoding))
+    plain = tmp_path / "plain.toml"
+    plain.write_text(PLANAR, encoding="utf-8")
+    assert same_run(sr.Scenario.load(file), sr.Scenario.load(plain))
+    file.write_bytes(text.replace("start", "strat").replace("\n", "\r\n").encode(encoding))
+    with pytest.raises(sr.ScenarioFileError) as caught:
+        sr.Scenario.load(file)
+    wrong = next(k for k, line in enumerate(PLANAR.split("\n"), 1) if "start" in line)
+    assert wrong in [mistake.line for mistake in caught.value.mistakes]
+
+
 def test_the_papers_first_example_from_its_file_is_the_one_built_in_python():
     """Its twist is 1.5 in/s there and 30 in in 20 s here, which differ by a rounding."""
     one, other = sr.simulate(sr.Scenario.load("paper-example-1")), sr.simulate(scenarios()[EXAMPLE_1_FAILED])

@@ -123,11 +123,17 @@ def test_a_hostile_file_is_refused_or_loaded_within_a_second(load, text):
     assert len(str(error)) < 100_000
 
 
-@pytest.mark.parametrize("content", [b"\xff\xfe\x00a", b'name = "x"\nb = 1\xff', b"name = '\xed\xa0\x80'"])
+@pytest.mark.parametrize("content", [b"\xff\x00a", b'name = "x"\nb = 1\xff', b"name = '\xed\xa0\x80'"])
 def test_bytes_that_are_not_utf8_have_a_line(load, content):
     with pytest.raises(sr.ScenarioFileError, match="not UTF-8") as caught:
         load(content)
     assert caught.value.mistakes[0].line == content.count(b"\n") + 1
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfea", b"\xfe\xff\xd8\x00"])
+def test_bytes_that_are_not_utf16_after_its_mark_are_told(load, content):
+    with pytest.raises(sr.ScenarioFileError, match="not UTF-16"):
+        load(content)
 
 
 @pytest.mark.parametrize(

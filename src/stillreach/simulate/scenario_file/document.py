@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from stillreach._text import decoded
 from stillreach.errors import Mistake, ScenarioFileError
 from stillreach.simulate.scenario_file.lines import line_numbers
 from stillreach.simulate.scenario_file.words import did_you_mean
@@ -107,10 +108,10 @@ def _text(path: Path, name: str) -> str:
     if len(data) > MAX_BYTES:
         raise _unreadable(name, f"more than {MAX_BYTES // 1024} KiB", f"{expected} of at most {MAX_BYTES // 1024} KiB")
     try:
-        return data.decode("utf-8-sig").replace("\r\n", "\n")
+        return decoded(data).replace("\r\n", "\n")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        got = f"byte 0x{data[error.start]:02x}, which is not UTF-8"
+        got = f"byte 0x{data[error.start]:02x}, which is not {error.encoding.upper()}"
         raise ScenarioFileError(name, [Mistake("", got, expected, line=line)]) from None
 
 

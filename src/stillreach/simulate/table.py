@@ -1,0 +1,117 @@
+"""Tables of numbers from CSV files, with names above their columns."""
+
+from __future__ import annotations
+
+import csv
+import io
+from array import array
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from stillreach._door import FloatArray
+from stillreach._text import decoded
+from stillreach.errors import InputError
+
+LARGEST_FILE = 64 * 2**20
+LARGEST_NUMBER = 1e12
+LONGEST_LINE = 10_000
+SEPARATORS = ",;\t|"
+"""What may separate columns, beside spaces; the first that the line of names holds does."""
+COMMA_AND_POINT = str.maketrans(",.", ".,")
+"""Turns a number with a decimal comma into one for Python, and one with a point into none."""
+
+
+def read_table(path: Path, wanted: Callable[[list[str]], set[str]], columns: str) -> tuple[list[str], FloatArray]:
+    """Names of the columns and the numbers below them, (rows, columns).
+
+    Args:
+        path: the file.
+        wanted: from the names that are there, those that must be, each once.
+        columns: the same in words.
+
+    Raises:
+        InputError: the file is missing or not such a table; the message names the line.
+    """
+    name = str(path)
+    text = _text(path)
+    separator = _separator(_lines(name, text))
+    decimal = "," if separator != "," and "," in text else "."
+    numbers, names = array("d"), list[str]()
+    count = 0
+    try:
+        for count, (line, row) in enumerate(_rows(_lines(name, text), separator)):
+            if count:
+                numbers.extend(_numbers(f"{name}:{line}", row, len(names), decimal))
+                continue
+            names = [entry.strip() for entry in row]
+            must = wanted(names)
+            if set(names) != must or len(names) != len(must):
+                raise InputError(name, f"the columns {', '.join(names[:20])[:200]}", columns)
+    except csv.Error as error:
+        raise InputError(name, str(error), "a CSV file") from None
+    if not count:
+        raise InputError(
+            name, f"{int(bool(names))} lines", f"a line with the columns ({columns}) and a line for each pose"
+        )
+    return names, np.array(numbers).reshape(count, len(names))
+
+
+def _text(path: Path) -> str:
+    name, expected = str(path), f"a CSV file of at most {LARGEST_FILE // 2**20} MiB"
+    try:
+        if not path.is_file():
+            raise OSError(0, "a folder or a device" if path.exists() else "no such file")
+        with path.open("rb") as file:
+            data = file.read(LARGEST_FILE + 1)
+        if len(data) > LARGEST_FILE:
+            raise OSError(0, f"more than {LARGEST_FILE // 2**20} MiB")
+        return decoded(data)
+    except UnicodeDecodeError as error:
+        got = f"bytes that are not {error.encoding.upper()}"
+        raise InputError(name, got, "a CSV file in UTF-8, or in UTF-16 with a byte order mark") from None
+    except OSError as error:
+        raise InputError(name, error.strerror or "a file that cannot be read", expected) from None
+    except ValueError as error:
+        raise InputError(name, str(error), "the path of a CSV file") from None
+
+
+def _lines(name: str, text: str) -> Iterator[str]:
+    """The lines of a text from any system; InputError at one that is too long to be a few numbers."""
+    for number, line in enumerate(io.StringIO(text, newline=None), 1):
+        length = len(line.rstrip("\n"))
+        if length > LONGEST_LINE:
+            raise InputError(f"{name}:{number}", f"a line of {length} characters", f"at most {LONGEST_LINE}")
+        yield line
+
+
+def _separator(lines: Iterator[str]) -> str:
+    """What separates the columns of a table; a space stands for any white space."""
+    names = next((line for line in lines if line.strip()), "")
+    return next((separator for separator in SEPARATORS if separator in names), " ")
+
+
+def _rows(lines: Iterator[str], separator: str) -> Iterator[tuple[int, list[str]]]:
+    """The lines that hold something, each with its number from 1 on, split into entries."""
+    if separator == " ":
+        yield from ((number, line.split()) for number, line in enumerate(lines, 1) if line.strip())
+        return
+    reader = csv.reader(lines, delimiter=separator, skipinitialspace=True)
+    yield from ((reader.line_num, row) for row in reader if any(entry.strip() for entry in row))
+
+
+def _numbers(place: str, row: list[str], count: int, decimal: str) -> list[float]:
+    """The numbers of a line; with a decimal comma, points are an error."""
+    shown = ", ".join(row[:20])[:80]
+    if decimal == ",":
+        row = [entry.translate(COMMA_AND_POINT) for entry in row]
+    try:
+        numbers = [float(entry) for entry in row]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count:
+        raise InputError(place, shown, f"{count} numbers{' with decimal commas' if decimal == ',' else ''}")
+    if not all(abs(number) < LARGEST_NUMBER for number in numbers):
+        raise InputError(place, shown, f"finite numbers below {LARGEST_NUMBER:g}")
+    return numbers
