@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from stillreach import _core
 from stillreach.laws.law import PSEUDOINVERSE, Law
@@ -13,8 +14,11 @@ class Pseudoinverse(Law):
     """dq = B Jᵀ (J B Jᵀ)⁺ twist: least error, then least rates (Bedrossian, 1994, eq. 3).
 
     It honours fixed rates but no limits, and says OVER_LIMIT when it exceeds a bound: a baseline, not for a real arm. A
-    reference rate ν adds its null motion (B - B Jᵀ (J B Jᵀ)⁺ J B) ν.
+    reference rate ν adds its null motion (B - B Jᵀ (J B Jᵀ)⁺ J B) ν. Weights may be semidefinite, as of
+    ``SingularityRobust``.
     """
+
+    semidefinite: ClassVar[bool] = True
 
     def core(self) -> _core.Law:
         """The settings as the compiled core reads them."""
