@@ -156,7 +156,17 @@ def test_a_row_without_weight_is_not_a_lost_one():
         assert out.status == sr.Status.OK
         close(out.rates, np.linalg.pinv(j[:3]) @ twist[:3])
         assert out.task_error < 1e-12
+        assert out.lost_directions().shape == (6, 0)
+        still = law(weights=sr.Weights(task=position)).solve(j, twist, FREE(8).lock(range(8)))
+        assert still.lost_directions().shape == (6, 3)
         assert law(weights=sr.Weights(task=np.zeros(6))).solve(j, twist, FREE(8)).status == sr.Status.OK
+
+
+def test_a_lost_direction_lies_in_what_has_weight():
+    j = np.array([[1.0, 2.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # nothing moves along the second row
+    law = sr.Pseudoinverse(weights=sr.Weights(task=[1.0, 1.0, 0.0]))
+    lost = law.solve(j, np.ones(3), FREE(3), row_kinds="vvv").lost_directions()
+    np.testing.assert_allclose(np.abs(lost), [[0.0], [1.0], [0.0]], atol=1e-12)
 
 
 def test_without_any_weight_on_the_task_nothing_moves():
