@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -29,7 +29,7 @@ class Law:
             count as zero.
     """
 
-    semidefinite: ClassVar[bool] = False
+    semidefinite = False
     """Whether weights may be only positive semidefinite."""
 
     weights: Weights | None = None

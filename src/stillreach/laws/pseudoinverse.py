@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from stillreach import _core
 from stillreach.laws.law import PSEUDOINVERSE, Law
@@ -18,7 +17,7 @@ class Pseudoinverse(Law):
     ``SingularityRobust``.
     """
 
-    semidefinite: ClassVar[bool] = True
+    semidefinite = True
 
     def core(self) -> _core.Law:
         """The settings as the compiled core reads them."""

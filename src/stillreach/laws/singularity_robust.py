@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from stillreach import _core, _door
 from stillreach.errors import InputError
@@ -36,7 +35,7 @@ class SingularityRobust(Law):
         InputError: any other damping or norm.
     """
 
-    semidefinite: ClassVar[bool] = True
+    semidefinite = True
 
     damping: str | float = "exact"
     norm: str = "inf"
