@@ -1,6 +1,7 @@
 #include "settings.hpp"
 
 #include <nanobind/stl/vector.h>
+#include <algorithm>
 
 static Metric make_metric(int m, int n, nb::handle rows, nb::handle units, nb::handle columns, nb::handle joints) {
   auto data = std::make_shared<MetricData>();
@@ -16,6 +17,8 @@ static Metric make_metric(int m, int n, nb::handle rows, nb::handle units, nb::h
   copy("units", units, {n}, data->units);
   copy("columns", columns, {n}, data->columns);
   copy("joints", joints, {n, n}, data->joints);
+  const auto last = std::find_if(data->rows.rbegin(), data->rows.rend(), [](double weight) { return weight != 0.0; });
+  data->weightless = static_cast<int>(last - data->rows.rbegin()) / m;
   if (!data->joints.empty() && data->units.empty()) data->units.assign(n, 1.0);
   return {std::move(data)};
 }
@@ -39,5 +42,7 @@ void bind_settings(nb::module_& m) {
              new (self) Metric(make_metric(rows_count, n, rows, units, columns, joints));
            },
            nb::arg("m"), nb::arg("n"), nb::kw_only(), nb::arg("rows").none() = nb::none(), nb::arg("units").none() = nb::none(),
-           nb::arg("columns").none() = nb::none(), nb::arg("joints").none() = nb::none());
+           nb::arg("columns").none() = nb::none(), nb::arg("joints").none() = nb::none())
+      .def_prop_ro("weightless", [](const Metric& self) { return self.data->weightless; },
+                   "Rank that the weight of the rows lacks: 0 where it is positive definite.");
 }

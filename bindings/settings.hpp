@@ -13,11 +13,11 @@ struct Law {
 
 // Units and weights of m task rows and n joints; shared by every answer that used them.
 struct MetricData {
-  int m, n;
+  int m, n, weightless = 0;
   std::vector<double> rows, units, columns, joints;
   stillreach::Metric view() const {
     const auto at = [](const std::vector<double>& v) { return v.empty() ? nullptr : v.data(); };
-    return {at(rows), at(units), at(columns), at(joints)};
+    return {at(rows), at(units), at(columns), at(joints), weightless};
   }
 };
 

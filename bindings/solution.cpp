@@ -56,6 +56,8 @@ void bind_solution(nb::module_& m) {
       .def_ro("scale", &Solution::scale, "Fraction of the commanded twist that was aimed at (KeepDirection; else 1).")
       .def_ro("task_error", &Solution::task_error, "Weighted norm of the residual.")
       .def_ro("iterations", &Solution::iterations, "Factorisations, or steps of the damping search.")
+      .def_prop_ro("weightless", [](const Solution& s) { return s.metric->weightless; },
+                   "Rank that the weight of the task lacks: so many of the last weighted rows are 0.")
       .def_ro("rank_tolerance", &Solution::rank_tolerance, "Relative to the largest singular value.")
       .def_prop_ro("residual", [](const Solution& s) { return copy_out(s.residual(), nb::make_tuple(s.m), s.m); },
                    STILLREACH_ARRAY("residual"), "(m,) twist - J rates, unweighted.")

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "inner.hpp"
-#include "system.hpp"
+#include "joint_weight.hpp"
 
 STILLREACH_BEGIN
 
@@ -20,7 +20,7 @@ inline void project_reference(Rows<M> m, const Problem& p, const System& s, doub
   if (whitened) {  // to weighted rates: z = L' x
     for (int i = 0; i < s.k; ++i) {
       double sum = 0.0;
-      for (int j = i; j < s.k; ++j) sum = madd(w.triangle[j * s.k + i], null_rates[j], sum);
+      for (int j = i; i < s.weighted && j < s.k; ++j) sum = madd(w.triangle[j * s.k + i], null_rates[j], sum);
       null_rates[i] = sum;
     }
   }
@@ -29,39 +29,7 @@ inline void project_reference(Rows<M> m, const Problem& p, const System& s, doub
   Inner in;
   solve_inner(m, w.columns, nullptr, s.k, b, 0.0, threshold, w.work, w.target, in);
   for (int j = 0; j < s.k; ++j) null_rates[j] -= w.target[j];
-  if (whitened) solve_triangle(s.k, w.triangle, true, 1, null_rates);
-}
-
-// With a full joint weight and joints fixed at rates other than zero, the least weighted norm is not at zero: the offset
-// -W_ww^-1 W_wf rates_f of the scaled working rates; the right-hand side is moved along. False: no offset.
-template <int M>
-inline bool weight_offset(Rows<M> m, const Problem& p, const double* rates, const std::int8_t* held, System& s, Workspace& w) {
-  if (!s.full) return false;
-  bool any = false;
-  const double unit = s.unit_b / s.unit_a;
-  for (int j = 0; j < s.k; ++j) w.offset[j] = 0.0;
-  for (int f = 0; f < p.n; ++f) {
-    if ((p.lower[f] < p.upper[f] && !(held && held[f])) || rates[f] == 0.0) continue;
-    any = true;
-    for (int j = 0; j < s.k; ++j) {
-      const int i = w.joint[j];
-      w.offset[j] -= p.metric.joints[static_cast<std::size_t>(i) * p.n + f] * (rates[f] / p.metric.units[f] / unit);
-    }
-  }
-  if (!any) return false;
-  solve_triangle(s.k, w.triangle, false, 1, w.offset);  // L^-1 of it is the offset in weighted rates z,
-  for (int j = 0; j < s.k; ++j)                         // which moves the right-hand side,
-    for (int r = 0; r < m(); ++r) s.rhs[r] = madd(-w.columns[j * kStride + r], w.offset[j], s.rhs[r]);
-  solve_triangle(s.k, w.triangle, true, 1, w.offset);   // and L^-T of that the offset of x
-  return true;
-}
-
-// Full joint weight: columns become A L^-T, so that z = L' x has unit weight.
-inline void whiten(const Problem& p, const System& s, Workspace& w) {
-  if (!s.full) return;
-  gather_joint_weight(p, s.k, w);
-  factor_weight(s.k, w.weight, nullptr, s.k, w.triangle);
-  solve_triangle(s.k, w.triangle, false, kStride, w.columns);
+  if (whitened) unwhiten(s, w, 1, null_rates);
 }
 
 // All working joints at rest, clamped: the answer where there is no problem to solve.
@@ -84,13 +52,13 @@ inline void pseudoinverse(Rows<M> m, const LawSettings& law, const Problem& p, W
     out.status |= INVALID_INPUT;
     return report(m, p, out);
   }
-  whiten(p, s, w);
+  whiten(p, law.rank_tolerance, s, w);
   const bool offset = weight_offset(m, p, out.rates, nullptr, s, w);
   Inner in;
   solve_inner(m, w.columns, nullptr, k, s.rhs, 0.0, law.rank_tolerance, w.work, w.z, in);
   out.iterations = 1;
-  if (in.rank < (k < m() ? k : m())) out.status |= SINGULAR;
-  if (s.full) solve_triangle(k, w.triangle, true, 1, w.z);
+  if (in.rank < full_rank(p, k) || s.idle) out.status |= SINGULAR;
+  unwhiten(s, w, 1, w.z);
   if (offset)
     for (int j = 0; j < k; ++j) w.z[j] += w.offset[j];
   if (p.reference) {

@@ -63,7 +63,7 @@ inline double choose_damping(Rows<M> m, const LawSettings& law, const System& s,
   d.k = s.k, d.rank = sp.rank, d.shapes = w.shapes, d.terms = w.work, d.limit = w.limit, d.offset = offset ? w.offset : nullptr;
   for (int j = 0; j < sp.rank; ++j) d.beta[j] = dot(m, sp.left[j], s.rhs), d.square[j] = sp.sigma[j] * sp.sigma[j];
   write_shapes(m, sp, s.k, w);
-  if (s.full) solve_triangle(s.k, w.triangle, true, 6, w.shapes);
+  unwhiten(s, w, 6, w.shapes);
   if (law.damping == DAMPING_EXACT) {
     bool capped;
     kappa = exact_damping(d, law.norm, out.iterations, capped);
@@ -93,7 +93,7 @@ inline bool damped_pass(Rows<M> m, const LawSettings& law, const Problem& p, Wor
     out.status |= INVALID_INPUT;
     return false;
   }
-  whiten(p, s, w);
+  whiten(p, law.rank_tolerance, s, w);
   const bool offset = weight_offset(m, p, out.rates, w.held, s, w);
   for (int j = 0; j < k; ++j) {
     const double extent = w.extent[w.joint[j]];
@@ -103,10 +103,11 @@ inline bool damped_pass(Rows<M> m, const LawSettings& law, const Problem& p, Wor
   const double kappa = law.damping == DAMPING_NUMBER ? law.kappa / unit : 0.0;
   Inner in;
   solve_inner(m, w.columns, nullptr, k, s.rhs, kappa, law.rank_tolerance, w.work, w.z, in);
-  if (s.full) solve_triangle(k, w.triangle, true, 1, w.z);
+  unwhiten(s, w, 1, w.z);
   if (offset)
     for (int j = 0; j < k; ++j) w.z[j] += w.offset[j];
-  if (in.rank < (k < m() ? k : m()) && (law.damping != DAMPING_NUMBER || in.way == SPECTRAL)) out.status |= SINGULAR;
+  if (in.rank < full_rank(p, k) && (law.damping != DAMPING_NUMBER || in.way == SPECTRAL)) out.status |= SINGULAR;
+  if (s.idle) out.status |= SINGULAR;
   out.damping = law.damping == DAMPING_NUMBER ? law.kappa : choose_damping(m, law, s, offset, w, in, out) * unit;
   for (int j = 0; j < k; ++j) out.rates[w.joint[j]] = w.scale[j] * w.z[j];
   return true;

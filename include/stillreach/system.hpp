@@ -12,6 +12,8 @@ struct System {
   double rhs[kStride]; // R (twist - J fixed rates), zeros behind
   double unit_a;     // columns are divided by this power of two,
   double unit_b;     // and the right-hand side by this one
+  int weighted;      // with a full joint weight: the joints' directions that have some,
+  bool idle;         // and whether others without depend on each other
   bool full;         // a full joint weight is in use
   bool finite;       // false: something overflowed or is NaN; there is no problem to solve
 };
@@ -156,7 +158,7 @@ template <int M>
 inline System assemble(Rows<M> m, const Problem& p, const double* rates, const std::int8_t* held, int k, const double* extent,
                        Workspace& w) {
   System s;
-  s.m = m(), s.k = k, s.full = p.metric.joints != nullptr, s.unit_a = 1.0, s.unit_b = 1.0;
+  s.m = m(), s.k = k, s.weighted = k, s.idle = false, s.full = p.metric.joints != nullptr, s.unit_a = 1.0, s.unit_b = 1.0;
   double raw[kRows];
   for (int r = 0; r < m(); ++r) raw[r] = p.twist[r];
   if (held || any_moves(p))

@@ -81,6 +81,7 @@ struct Metric {
   const double* units;   // n: joint units
   const double* columns; // n: joint units, each over the root of the joint's weight where that is a vector
   const double* joints;  // n x n: W2 in joint units where it is a full matrix
+  int weightless = 0;    // last rows of R that are 0, W1 being singular: a matter of the paper's laws alone
 };
 
 // One tick's question to a law. Column i of the Jacobian is at jacobian + i * m.

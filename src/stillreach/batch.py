@@ -133,7 +133,7 @@ def _of_configurations(
     for name, value in (("row_kinds", row_kinds), ("joint_kinds", joint_kinds)):
         if value is not None:
             raise InputError(name, _door.describe(value), "None: the arm and the task say it")
-    metric, model, asked = task_of(arm, law.weights, task)
+    metric, model, asked = task_of(arm, law.weights, task, semidefinite=law.semidefinite)
     points = _door.array("q", q, "an array (N, n)")
     if points.ndim != 2 or points.shape[1] != arm.n:
         raise InputError("q", _door.describe(points), f"an array (N, {arm.n}) of joint values")

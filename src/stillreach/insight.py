@@ -88,12 +88,15 @@ def _working(solution: Solution) -> FloatArray:
 
 
 def _left(solution: Solution, threshold: float) -> FloatArray:
-    """(m, k) left singular vectors whose singular value counts as zero or is below the threshold, weakest first."""
+    """(m, k) left singular vectors whose singular value counts as zero or is below the threshold, weakest first.
+
+    What has no weight in the task is not lost.
+    """
     J = _working(solution)
-    m = J.shape[0]
-    if not J.size:
-        return np.eye(m)
-    U, sigma, _ = np.linalg.svd(J, full_matrices=True)
-    sigma = np.concatenate([sigma, np.zeros(m - len(sigma))])
+    m, rows = J.shape[0], J.shape[0] - solution.weightless
+    if not J[:rows].size:
+        return np.eye(m)[:, :rows]
+    U, sigma, _ = np.linalg.svd(J[:rows], full_matrices=True)
+    sigma = np.concatenate([sigma, np.zeros(rows - len(sigma))])
     weak = (sigma <= solution.rank_tolerance * sigma[0]) | (sigma < threshold)
-    return np.ascontiguousarray(U[:, weak][:, ::-1])
+    return np.vstack([U[:, weak][:, ::-1], np.zeros((m - rows, np.count_nonzero(weak)))])

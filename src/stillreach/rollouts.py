@@ -98,7 +98,7 @@ def rollout_batch(
         raise InputError("arm", _door.describe(arm), "stillreach.Arm")
     if not isinstance(law, Law):
         raise InputError("law", _door.describe(law), "a law, such as stillreach.LeastError()")
-    metric, model, asked = task_of(arm, law.weights, task)
+    metric, model, asked = task_of(arm, law.weights, task, semidefinite=law.semidefinite)
     points = _matrix("start", start, None, arm.n)
     count, total, interval = len(points), _steps("steps", steps), _steps("every", every)
     commands, strides = _commands(twist, count, total)

@@ -109,6 +109,31 @@ void promises_hold_everywhere() {
           }
 }
 
+// The paper's laws with weights of any rank, whether eq. (8) has one answer or many.
+void promises_hold_with_semidefinite_weights() {
+  Random random(7);
+  for (const NamedLaw& law : every_law()) {
+    if (law.settings.kind != stillreach::PSEUDOINVERSE && law.settings.kind != stillreach::SINGULARITY_ROBUST) continue;
+    for (int m = 1; m <= 6; ++m)
+      for (int n : {1, 2, 3, 6, 7, 11})
+        for (int hardness = 0; hardness < 10; ++hardness)
+          for (int rank = 0; rank <= n; ++rank) {
+            Question q = random_question(random, m, n, hardness);
+            if (rank & 1) q.reference = random.vector(n, 0.5);
+            q.units.assign(n, 1.0), q.weight.assign(n * n, 0.0);
+            for (int r = 0; r < rank; ++r) {
+              const std::vector<double> root = random.vector(n, 1.0);
+              for (int i = 0; i < n; ++i)
+                for (int j = 0; j < n; ++j) q.weight[i * n + j] += root[i] * root[j];
+            }
+            if (rank & 2) q.rows.assign(m * m, 0.0), q.rows[0] = 2.0;
+            Reply r(q);
+            ask(law.settings, q, r);
+            check_promises(law, q, r);
+          }
+  }
+}
+
 void long_arms() {
   Random random(2);
   for (const NamedLaw& law : every_law())
@@ -258,6 +283,7 @@ void idle_rows_change_nothing() {
 
 int main() {
   promises_hold_everywhere();
+  promises_hold_with_semidefinite_weights();
   long_arms();
   no_working_joint();
   not_a_number();

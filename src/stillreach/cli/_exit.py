@@ -6,7 +6,7 @@ import sys
 
 DONE = 0
 NOT_FINISHED = 1
-"""The command did its work, and the answer is no: the arm did not finish, or a claim of the paper does not hold."""
+"""The command did its work, and the answer is no: the arm did not finish, or `paper` found other claims to hold."""
 USER = 2
 """Something the user can put right: an argument, a file, a missing extra."""
 BUG = 3

@@ -9,7 +9,9 @@ import typer
 def paper(
     out: Annotated[Path, typer.Option(help="Folder for figures, runs, claims and report.")] = Path("out/paper"),
     step: Annotated[float, typer.Option(help="Time step, in seconds.")] = 0.05,
-    duration: Annotated[float, typer.Option(help="Duration of each run, in seconds.")] = 20.0,
+    duration: Annotated[
+        float, typer.Option(help="Duration of each run, in seconds; the commanded velocity stays the paper's.")
+    ] = 20.0,
     lengths: Annotated[
         str | None,
         typer.Option(
@@ -20,7 +22,7 @@ def paper(
     """Reproduce the paper: examples, figures and claims.
 
     Runs both examples of the paper, draws its figures 1 to 12 and prints what it states beside what was measured.
-    Exits with 1 when a claim does not hold.
+    Exits with 1 when a statement stands otherwise than docs/paper.md says.
     """
     segment_lengths = None if lengths is None else _parse_lengths(lengths)
 
@@ -28,11 +30,11 @@ def paper(
     from stillreach.paper import reproduce
 
     try:
-        holds = reproduce(out, step=step, duration=duration, lengths=segment_lengths, console=console(markup=True))
+        expected = reproduce(out, step=step, duration=duration, lengths=segment_lengths, console=console(markup=True))
     except KeyboardInterrupt:
         note(f"interrupted; the files that were finished stay in {out}")
         raise
-    if not holds:
+    if not expected:
         raise typer.Exit(1)
 
 

@@ -11,7 +11,7 @@ from stillreach import _door
 from stillreach._core import ControllerCore
 from stillreach._door import FloatArray
 from stillreach.arm.model import Arm
-from stillreach.control.null_motion import NullMotion, null_motion_settings
+from stillreach.control.null_motion import Manipulability, NullMotion, null_motion_settings
 from stillreach.errors import InputError
 from stillreach.faults import FaultKind, Locked, fault_kind
 from stillreach.laws import Law, LeastError
@@ -65,13 +65,14 @@ class Controller(ControllerCore):
     ) -> None:
         self._arm: Arm = _instance("arm", arm, Arm)
         self._law: Law = LeastError() if law is None else _instance("law", law, Law)
-        metric, model, self._task = task_of(arm, self._law.weights, task)
+        metric, model, self._task = task_of(arm, self._law.weights, task, semidefinite=self._law.semidefinite)
         n = arm.n
         rates = _rate_limits(arm, rate_limits)
         positions = _position_limits(arm, position_limits)
         accelerations = arm.acceleration_limits if acceleration_limits is None else acceleration_limits
         linear, angular = _track_limits(track_limits)
-        settings = null_motion_settings(null_motion, n)
+        self._task_weight_definite = metric.weightless == 0
+        settings = self._null_motion_settings(null_motion)
         super().__init__(
             arm=model,
             law=self._law.core(self._task.row_names, arm.reach, self._task.weights),
@@ -140,7 +141,14 @@ class Controller(ControllerCore):
 
     def set_null_motion(self, null_motion: NullMotion | npt.ArrayLike | None) -> None:
         """Another null motion from the next tick on; None for none."""
-        self._set_null_motion(*null_motion_settings(null_motion, self._arm.n))
+        self._set_null_motion(*self._null_motion_settings(null_motion))
+
+    def _null_motion_settings(self, null_motion: Any) -> Any:
+        """As the core reads them; InputError for Manipulability of a task whose weight is only semidefinite."""
+        if isinstance(null_motion, Manipulability) and not self._task_weight_definite:
+            expected = "positive definite task weights (leave rows out by Task(rows=...)), or another null motion"
+            raise InputError("null_motion", "Manipulability with task weights that are only semidefinite", expected)
+        return null_motion_settings(null_motion, self._arm.n)
 
 
 def _instance(name: str, value: Any, kind: type[Any]) -> Any:

@@ -10,10 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from stillreach import _core, _door
+from stillreach._door import FloatArray
 from stillreach.bounds import Bounds
 from stillreach.errors import InputError
 from stillreach.laws.price import ROWS
-from stillreach.task import UNIT_WEIGHTS, Weights
+from stillreach.task import UNIT_WEIGHTS, Weights, some_joint_unweighted, weight_root
 
 # LawKind of the core
 PSEUDOINVERSE, SINGULARITY_ROBUST, LEAST_ERROR, KEEP_DIRECTION = range(4)
@@ -28,6 +29,9 @@ class Law:
         rank_tolerance: singular values of the working joints' weighted Jacobian below this, relative to the largest,
             count as zero.
     """
+
+    semidefinite = False
+    """Whether weights may be only positive semidefinite."""
 
     weights: Weights | None = None
     rank_tolerance: float = 1e-10
@@ -85,7 +89,8 @@ class Law:
             Solution with the rates and what happened.
 
         Raises:
-            InputError: a shape, type or value that is none of this.
+            InputError: a shape, type or value that is none of this, or semidefinite weights with which eq. (8) has no
+                unique answer for this Jacobian.
         """
         matrix = _door.matrix("J", J, (None, None))
         m, n = matrix.shape
@@ -104,9 +109,12 @@ class Law:
             limits = _door.vector("velocity_limits", velocity_limits, n, allow_inf=True, minimum=0.0)
             typical = _core.typical_rate(metric, limits)
         settings = self.core(row_names(m, row_kinds), None if length is None else _door.positive("length", length))
-        return _core.solve(
+        solution = _core.solve(
             settings, metric, matrix, _door.vector("twist", twist, m), bounds.lower, bounds.upper, near, start, typical
         )
+        if self.weights is not None and some_joint_unweighted(self.weights):
+            self._refuse_singular(solution, self.weights.joints)
+        return solution
 
     def _metric(self, m: int, n: int, row_kinds: str | None, joint_kinds: str | None) -> _core.Metric:
         weights = self.weights or UNIT_WEIGHTS
@@ -116,7 +124,25 @@ class Law:
             row_kinds = "vvvwww"[:m]
         rows = _letters("row_kinds", row_kinds, m, "vw")
         joints = _letters("joint_kinds", "R" * n if joint_kinds is None else joint_kinds, n, "RP")
-        return weights.metric([kind == "v" for kind in rows], [kind == "P" for kind in joints])
+        return weights.metric(
+            [kind == "v" for kind in rows], [kind == "P" for kind in joints], semidefinite=self.semidefinite
+        )
+
+    def _refuse_singular(self, solution: _core.Solution, W2: FloatArray | None) -> None:
+        """InputError where P = J' W1 J + W2 of eq. (8) is singular over the working joints."""
+        assert W2 is not None
+        working = solution.lower < solution.upper
+        parts = [np.asarray(part)[:, working] for part in (solution.weighted_jacobian, weight_root(W2))]
+        sizes = [float(np.linalg.norm(part)) for part in parts]
+        rows = [part / size for part, size in zip(parts, sizes, strict=True) if size > 0.0]
+        k = int(np.count_nonzero(working))
+        rank = int(np.linalg.matrix_rank(np.vstack(rows), tol=self.rank_tolerance)) if rows else 0
+        if rank < k:
+            raise InputError(
+                "weights.joints",
+                f"semidefinite weights that leave {k - rank} of {k} directions of the working joints without weight",
+                "weights with which P = J' W1 J + W2 of eq. (8) is regular: what the task does not see needs a weight",
+            )
 
 
 def row_names(m: int, row_kinds: str | None) -> tuple[str, ...]:

@@ -16,8 +16,11 @@ class Pseudoinverse(Law):
     """dq = B Jᵀ (J B Jᵀ)⁺ twist: least error, then least rates (Bedrossian, 1994, eq. 3).
 
     It honours fixed rates but no limits, and says OVER_LIMIT when it exceeds a bound: a baseline, not for a real arm. A
-    reference rate ν adds its null motion (B - B Jᵀ (J B Jᵀ)⁺ J B) ν.
+    reference rate ν adds its null motion (B - B Jᵀ (J B Jᵀ)⁺ J B) ν. Weights may be semidefinite, as of
+    ``SingularityRobust``.
     """
+
+    semidefinite = True
 
     def core(
         self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None

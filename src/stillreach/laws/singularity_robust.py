@@ -24,6 +24,10 @@ class SingularityRobust(Law):
     tick and the rest solved again. What still lies outside is cut to its bounds, with CLIPPED. A reference rate adds
     its null motion, as much of it as the bounds leave room for.
 
+    Weights may be only positive semidefinite where P = Jᵀ W1 J + W2 of eq. (8) is regular over the working joints; κ
+    then multiplies W2. ``solve`` refuses others. In loops and batches, where J changes, motions of the joints that
+    then have no weight stay at rest, and the status has SINGULAR.
+
     Args:
         damping: "exact": the smallest κ that meets the limit (eq. 10), 0 where the pseudoinverse does; as a function of
             the twist it can jump, because the largest rate does not always fall with κ. "closed-form": eq. 16, an upper
@@ -33,6 +37,8 @@ class SingularityRobust(Law):
     Raises:
         InputError: any other damping or norm.
     """
+
+    semidefinite = True
 
     damping: str | float = "exact"
     norm: str = "inf"

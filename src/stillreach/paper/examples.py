@@ -1,6 +1,7 @@
 """The paper's arm, its two examples and their variants as scenarios.
 
-What the paper prints and what is inferred from the numbers in its text is kept apart in ``stillreach.paper.notes``.
+Start configurations, commands and failed joints are printed in its section 6. Segment lengths, duration and step are
+not: see ``stillreach.paper.notes``.
 """
 
 from __future__ import annotations
@@ -30,14 +31,14 @@ INCHES_AND_DEGREES = Weights(length=INCH, angle=float(np.deg2rad(1.0)))
 
 START_1 = (45.0, -60.0, 0.0, -45.0, 0.0, 45.0, 90.0, 45.0, 0.0, 0.0, 0.0)
 """Start of example 1 [deg]; the paper prints a twelfth entry, 0."""
-MOVE_1 = (-110.0, -50.0, 30.0)
-"""Commanded displacement of example 1 [in], attitude kept."""
+COMMAND_1 = (-5.5, -2.5, 1.5)
+"""Commanded velocity of the tool in example 1 [in/s], attitude kept."""
 FAILED_1 = ("j1", "j6", "j7")
 
 START_2 = (0.0, -50.0, 0.0, -30.0, 0.0, 70.0, 0.0, 30.0, 0.0, 0.0, 0.0)
 """Start of example 2 [deg]."""
-MOVE_2 = (-100.0, 0.0, 0.0)
-"""Commanded displacement of example 2 [in], attitude kept."""
+COMMAND_2 = (-5.0, 0.0, 0.0)
+"""Commanded velocity of the tool in example 2 [in/s], attitude kept."""
 FAILED_2 = ("j2", "j4", "j7")
 
 CLOSED_FORM = SingularityRobust(damping="closed-form", weights=INCHES_AND_DEGREES)
@@ -66,16 +67,16 @@ def scenarios(
 
     Args:
         step: period of the Euler steps [s].
-        duration: time over which the commanded displacement is asked for [s].
+        duration: time for which the paper's velocity is commanded [s].
         lengths: (6,) [m] segments of the arm; None takes the inferred ones.
 
     Raises:
-        InputError: an argument is none of this.
+        InputError: if an argument is invalid.
     """
     step, duration = _door.positive("step", step), _door.positive("duration", duration)
     arm = paper_arm(lengths)
-    first = _scenario(arm, START_1, MOVE_1, step, duration)
-    second = _scenario(arm, START_2, MOVE_2, step, duration)
+    first = _scenario(arm, START_1, COMMAND_1, step, duration)
+    second = _scenario(arm, START_2, COMMAND_2, step, duration)
     broken = replace(second, faults=_locked(FAILED_2))
     return {
         EXAMPLE_1_FREE: replace(first, name="Example 1, all joints free"),
@@ -107,17 +108,12 @@ def paper_arm(lengths: npt.ArrayLike | None = None) -> Arm:
     return nasa_modular() if lengths is None else nasa_modular(lengths)
 
 
-def commanded_twist(move: Sequence[float], duration: float) -> np.ndarray:
-    """The constant twist (6,) [m/s, rad/s] that makes a displacement [in] in a time [s], attitude kept."""
-    return np.concatenate([np.array(move) * INCH / duration, np.zeros(3)])
-
-
-def _scenario(arm: Arm, start: Any, move: Sequence[float], step: float, duration: float) -> Scenario:
+def _scenario(arm: Arm, start: Any, command: Sequence[float], step: float, duration: float) -> Scenario:
     """An example with all joints free; by eq. (9) the law is the pseudoinverse wherever that meets the limit."""
     return Scenario(
         arm=arm,
         start=np.deg2rad(start),
-        motion=Twist(commanded_twist(move, duration)),
+        motion=Twist(np.concatenate([np.array(command) * INCH, np.zeros(3)])),
         law=CLOSED_FORM,
         task=Task(weights=INCHES_AND_DEGREES),
         period=step,

@@ -46,8 +46,7 @@ def off_target(run: Run) -> tuple[np.ndarray, np.ndarray]:
     """How far the tool is from where it was told to be, at every tick: (T,) [in] and (T,) [deg]."""
     ordered = followed(run.pose[0], np.tile(commanded_twist(run), (len(run) - 1, 1)), np.diff(run.time))
     distance = np.linalg.norm(run.pose[:, :3, 3] - ordered[:, :3, 3], axis=1) / INCH
-    between = np.linalg.norm(run.pose[:, :3, :3] - ordered[:, :3, :3], axis=(1, 2))  # √8 |sin(angle / 2)|
-    return distance, np.rad2deg(2.0 * np.arcsin(np.minimum(between / np.sqrt(8.0), 1.0)))
+    return distance, _angles_between(run.pose, ordered)
 
 
 def deviation(run: Run) -> np.ndarray:
@@ -82,9 +81,22 @@ def off_the_line(run: Run) -> float:
     return float(np.max(np.linalg.norm(moved - np.outer(moved @ along, along), axis=1)))
 
 
-def apart(one: Run, other: Run) -> float:
-    """Largest distance between the tools of two runs of equal ticks [in]."""
-    return float(np.max(np.linalg.norm(one.pose[:, :3, 3] - other.pose[:, :3, 3], axis=1)) / INCH)
+def apart(one: Run, other: Run) -> tuple[float, float]:
+    """Largest distance [in] and angle [deg] between the tools of two runs of equal ticks."""
+    distance = np.max(np.linalg.norm(one.pose[:, :3, 3] - other.pose[:, :3, 3], axis=1)) / INCH
+    return float(distance), float(np.max(_angles_between(one.pose, other.pose)))
+
+
+def _angles_between(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Angle between the attitudes of poses (T, 4, 4), (T,) [deg]."""
+    between = np.linalg.norm(one[:, :3, :3] - other[:, :3, :3], axis=(1, 2))  # √8 |sin(angle / 2)|
+    return np.asarray(np.rad2deg(2.0 * np.arcsin(np.minimum(between / np.sqrt(8.0), 1.0))))
+
+
+def first_damped(run: Run) -> float:
+    """When the damping factor is first above 0 [s]; NaN if never."""
+    damped = np.flatnonzero(run.damping > 0)
+    return float(run.time[damped[0]]) if len(damped) else float("nan")
 
 
 def rate_used_while_damped(run: Run) -> float:
@@ -113,11 +125,6 @@ def error_of_the_task(run: Run) -> float:
 def variation_of_the_rates(run: Run) -> float:
     """Sum over time and joints of the changes of the rates [deg/s]: what the drives feel."""
     return float(np.rad2deg(np.sum(np.abs(np.diff(run.rates, axis=0)))))
-
-
-def smallest_singular_value(arm: Arm, run: Run) -> float:
-    """The smallest that the Jacobian had on the way, in metres and radians."""
-    return float(np.min(np.linalg.svd(arm.jacobian(run.q), compute_uv=False)))
 
 
 def error_above_the_optimum(arm: Arm, run: Run, faster: float) -> np.ndarray:

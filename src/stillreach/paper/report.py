@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from stillreach.paper import examples, measure
-from stillreach.paper.claims import Claim, Measured
+from stillreach.paper.added import ADDED
+from stillreach.paper.claims import Claim, Group, Measured
 from stillreach.paper.evidence import Evidence
-from stillreach.paper.figures import PICTURES
 from stillreach.paper.notes import EQUATIONS, READING
+from stillreach.paper.panels import Picture
+from stillreach.paper.printed import PRINTED
 from stillreach.simulate import Run
 
 TITLE = "# Fault tolerant kinematic control of hyper-redundant manipulators: the paper, reproduced"
@@ -19,6 +21,12 @@ SOURCE = (
     "N. S. Bedrossian, *Fault tolerant kinematic control of hyper-redundant manipulators*, 1994. Every value below is "
     "measured on the runs beside this page (`*.nc`); `stillreach paper` makes both."
 )
+GROUPS = {
+    Group.REPRODUCED: "Reproduced: the paper's statements, with the paper's values",
+    Group.NOT_REPRODUCED: "Not reproduced, with any lengths and steps that were tried",
+    Group.REFUTED: "Refuted",
+    Group.OURS: "Ours: not in the paper",
+}
 STILLREACH = (
     "The column *stillreach* is the default law of this package, `LeastError()`, in closed loop on the "
     "commanded line (`gain=2`), with null motion on manipulability, five ticks in each step of the others. "
@@ -33,15 +41,17 @@ def write(evidence: Evidence, claims: Sequence[Claim], path: Path) -> None:
         TITLE,
         SOURCE,
         "## What the paper states, and what is measured",
-        _table(("", "statement", "paper", "measured", "unit"), map(_claim_row, claims)),
+        *_by_group(claims),
         "## All laws side by side: example 2, joints 2, 4, 7 failed",
         STILLREACH,
         _side_by_side(evidence),
         "## What depends on the step",
         "Past the singularity the pseudoinverse's values are made by the size of the Euler step as much as by the arm.",
         _by_step(evidence),
-        "## Figures",
-        *(f"![{picture.caption}]({picture.file})\n\n*{picture.caption}*" for picture in PICTURES),
+        "## The paper's figures",
+        *map(_shown_picture, PRINTED),
+        "## Figures beside them",
+        *map(_shown_picture, ADDED),
         "## How the paper was read",
         "\n".join(f"{place}. {note}" for place, note in enumerate(READING, start=1)),
         "## Where its equations are",
@@ -57,8 +67,23 @@ def shown(measured: Measured) -> str:
     return ", ".join("-" if value is None else _number(0.0 if abs(value) <= nothing else value) for value in values)
 
 
+def _by_group(claims: Sequence[Claim]) -> Iterable[str]:
+    """A heading and a table for each group that has claims."""
+    for group, title in GROUPS.items():
+        rows = [_claim_row(claim) for claim in claims if claim.group is group]
+        if rows:
+            yield f"### {title}"
+            yield _table(("statement", "paper", "measured", "unit"), rows)
+
+
 def _claim_row(claim: Claim) -> tuple[str, ...]:
-    return "yes" if claim.holds else "**no**", claim.statement, claim.paper, shown(claim.measured), claim.unit
+    quoted = claim.paper if claim.group is Group.OURS else f'"{claim.paper}"'
+    failed = " **(does not hold)**" if claim.group is Group.OURS and not claim.holds else ""
+    return claim.statement + failed, quoted, shown(claim.measured), claim.unit
+
+
+def _shown_picture(picture: Picture) -> str:
+    return f"![{picture.caption}]({picture.file})\n\n*{picture.caption}*"
 
 
 def _side_by_side(of: Evidence) -> str:
@@ -92,7 +117,7 @@ def _by_step(of: Evidence) -> str:
     free, failed = of.by_step[examples.EXAMPLE_1_FREE], of.by_step[examples.EXAMPLE_1_FAILED]
     rows = {
         "example 1: distance between the tools, free and failed [in]": [
-            measure.apart(free[h], failed[h]) for h in runs
+            measure.apart(free[h], failed[h])[0] for h in runs
         ],
         "example 2, pseudoinverse: 50 deg/s passed at [s]": [
             measure.passes(runs[h], examples.RATE_LIMIT) for h in runs

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -52,35 +52,29 @@ def rates(
     ax.set_ylabel("joint rate [deg/s]" if _all_revolute(run) else "joint rate [deg/s], slides [mm/s]")
 
 
-def position(run: Run, ax: Axes, *, relative: bool = False, look: Look = SCREEN) -> None:
-    """Position of the tool over time, or how far it has moved since the start.
+def position(run: Run, ax: Axes, *, look: Look = SCREEN) -> None:
+    """Position of the tool over time.
 
     Args:
         run: the run.
         ax: where to draw.
-        relative: show the displacement since the first tick.
         look: line styles and units.
     """
-    p = run.pose[:, :3, 3]
-    shown = (p - p[:1]) if relative else p
-    _lines(ax, run.time, shown / look.length, ("x", "y", "z"), look)
-    ax.set_ylabel(f"{'displacement' if relative else 'tool position'} [{look.length_name}]")
+    _lines(ax, run.time, run.pose[:, :3, 3] / look.length, ("x", "y", "z"), look.component)
+    ax.set_ylabel(f"tool position [{look.length_name}]")
 
 
-def attitude(run: Run, ax: Axes, *, relative: bool = False, look: Look = SCREEN) -> None:
+def attitude(run: Run, ax: Axes, *, look: Look = SCREEN) -> None:
     """Attitude of the tool over time: pitch, yaw, roll [deg] with R = R_y(pitch) R_z(yaw) R_x(roll).
 
     Args:
         run: the run.
         ax: where to draw.
-        relative: show the change of each angle since the first tick.
         look: line styles and units.
     """
     shown = unwrapped_degrees(pitch_yaw_roll(run.pose))
-    if relative:
-        shown = shown - shown[:1]
-    _lines(ax, run.time, shown, ("pitch", "yaw", "roll"), look)
-    ax.set_ylabel("change of attitude [deg]" if relative else "attitude [deg]")
+    _lines(ax, run.time, shown, ("pitch", "yaw", "roll"), look.component)
+    ax.set_ylabel("attitude [deg]")
 
 
 def task_error(runs: Run | Sequence[Run], ax: Axes, *, names: Sequence[str] = ("",), look: Look = SCREEN) -> None:
@@ -101,6 +95,7 @@ def damping(
         ax.plot(run.time, shown, label=names[place], **look.compared(place))
     if log:
         ax.set_yscale("log")
+        ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")  # the default one writes formulas, which are off
     else:
         ax.set_ylim(0.0, ax.get_ylim()[1])
     ax.set_ylabel("damping factor κ")
@@ -164,12 +159,14 @@ def _joint_lines(ax: Axes, run: Run, values: np.ndarray, joints: Iterable[int] |
     """Lines of the chosen joints in degrees and millimetres (per second)."""
     chosen = list(range(len(run.joint_names)) if joints is None else joints)
     factors = np.array([1000.0 if run.joint_units[j] == "m" else np.rad2deg(1.0) for j in chosen])
-    _lines(ax, run.time, values[:, chosen] * factors, [in_picture(run.joint_names[j]) for j in chosen], look)
+    _lines(ax, run.time, values[:, chosen] * factors, [in_picture(run.joint_names[j]) for j in chosen], look.line)
 
 
-def _lines(ax: Axes, time: np.ndarray, columns: np.ndarray, names: Sequence[str], look: Look) -> None:
+def _lines(
+    ax: Axes, time: np.ndarray, columns: np.ndarray, names: Sequence[str], style: Callable[[int], dict[str, Any]]
+) -> None:
     for place, name in enumerate(names):
-        ax.plot(time, columns[:, place], label=name, **look.line(place))
+        ax.plot(time, columns[:, place], label=name, **style(place))
     _finish(ax, named=True)
 
 

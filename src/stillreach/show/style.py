@@ -68,6 +68,10 @@ class Look:
             return {"color": ("black", "0.62", "0.35", "0.8")[place % 4], "linewidth": 1.1}
         return {"color": COLOURS[place % len(COLOURS)]}
 
+    def component(self, place: int) -> dict[str, Any]:
+        """Style of the line of x, y or z, or of pitch, yaw or roll: solid, dashed, dotted."""
+        return {**self.line(place), "linestyle": ("-", "--", ":")[place]}
+
     def line(self, place: int) -> dict[str, Any]:
         """Style of the line at a place in its panel."""
         lap = place // len(DASHES)

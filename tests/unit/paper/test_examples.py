@@ -6,16 +6,29 @@ from oracles.kinematics import INCH, paper_arm
 from stillreach.paper import examples, scenarios
 
 
-def test_the_start_of_example_1_is_the_printed_one_and_its_tool_is_where_the_text_says():
-    start = scenarios()[examples.EXAMPLE_1_FREE].start
-    tool, _, _ = paper_arm(start)
-    np.testing.assert_allclose(tool / INCH, (113.2, 53.2, 73.4), atol=0.05)
+@pytest.mark.parametrize(
+    ("name", "start", "command"),
+    [
+        (examples.EXAMPLE_1_FREE, (45, -60, 0, -45, 0, 45, 90, 45, 0, 0, 0), (-5.5, -2.5, 1.5, 0, 0, 0)),
+        (examples.EXAMPLE_2_FREE, (0, -50, 0, -30, 0, 70, 0, 30, 0, 0, 0), (-5, 0, 0, 0, 0, 0)),
+    ],
+)
+def test_start_and_command_are_those_printed_in_section_6(name, start, command):
+    scenario = scenarios()[name]
+    np.testing.assert_allclose(np.rad2deg(scenario.start), start, atol=1e-12)
+    run = sr.simulate(scenario)
+    np.testing.assert_allclose(run.command[0] / ([INCH] * 3 + [np.deg2rad(1)] * 3), command, atol=1e-12)
 
 
-def test_the_start_of_example_2_lies_in_a_plane_with_non_zero_values_at_joints_2_4_6_8():
-    start = scenarios()[examples.EXAMPLE_2_FREE].start
-    assert np.flatnonzero(start).tolist() == [1, 3, 5, 7]
-    tool, _, jacobian = paper_arm(start)
+def test_the_duration_changes_how_long_the_velocity_is_commanded_and_not_the_velocity():
+    for name, scenario in scenarios(duration=7.0).items():
+        usual = scenarios()[name]
+        assert (scenario.duration, usual.duration) == (7.0, 20.0)
+        assert np.array_equal(scenario.motion[0].twist, usual.motion[0].twist)
+
+
+def test_the_start_of_example_2_lies_in_a_plane():
+    tool, _, jacobian = paper_arm(scenarios()[examples.EXAMPLE_2_FREE].start)
     assert tool[1] == 0.0
     assert np.all(jacobian[1, 1::2] == 0.0)  # no pitch joint moves the tool sideways
 

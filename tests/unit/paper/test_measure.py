@@ -71,3 +71,17 @@ def test_damping_is_read_where_there_is_some():
 def test_the_error_of_the_task_adds_up_inches_and_degrees():
     residual = np.array([[3 * INCH, 0, 0, 0, np.deg2rad(4), 0]] * 3)
     assert measure.error_of_the_task(straight_run(np.zeros((3, 3)), residual=residual)) == pytest.approx(10.0)
+
+
+def test_two_tools_are_apart_by_their_largest_distance_and_angle():
+    c, s = np.cos(np.deg2rad(10)), np.sin(np.deg2rad(10))
+    attitudes = np.array([np.eye(3), [[c, 0, s], [0, 1, 0], [-s, 0, c]], np.eye(3)])
+    one, other = straight_run([(0, 0, 0), (1, 0, 0), (2, 0, 0)]), straight_run([(0, 0, 0), (1, 3, 4), (2, 1, 0)])
+    turned = straight_run([(0, 0, 0), (1, 0, 0), (2, 0, 0)], attitude=attitudes)
+    np.testing.assert_allclose(measure.apart(one, other), (5, 0), atol=1e-12)
+    np.testing.assert_allclose(measure.apart(one, turned), (0, 10), atol=1e-9)
+
+
+def test_damping_begins_at_its_first_tick_above_zero():
+    assert measure.first_damped(straight_run(np.zeros((4, 3)), damping=np.array([0.0, 0.0, 0.1, 0.0]))) == 2.0
+    assert np.isnan(measure.first_damped(straight_run(np.zeros((4, 3)))))

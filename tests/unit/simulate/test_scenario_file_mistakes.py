@@ -118,7 +118,7 @@ def test_a_largest_rate_that_is_nothing_in_radians_is_refused(mistakes):
         (
             planar(tables="[task]\nweights = { joints = [[1, 2, 0], [2, 1, 0], [0, 0, 1]] }"),
             "task.weights.joints",
-            "positive definite",
+            "positive semidefinite",
         ),
         (planar(tables="[task]\nweights = { joints = [[1, 2], [2]] }"), "task.weights.joints", "a square matrix"),
         (planar(tables="[task]\ntool = { orientation = {} }"), "task.tool.orientation", "exactly one of rotation_vec"),

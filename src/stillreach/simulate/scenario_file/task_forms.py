@@ -7,7 +7,16 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
-from stillreach.simulate.scenario_file.forms import Each, Mask, Number, OrientationTable, Positive, Table, Vector3
+from stillreach.simulate.scenario_file.forms import (
+    Each,
+    Mask,
+    NotNegative,
+    Number,
+    OrientationTable,
+    Positive,
+    Table,
+    Vector3,
+)
 
 
 def _rows_form(value: Any) -> str:
@@ -26,7 +35,7 @@ def _square(rows: list[list[float]]) -> list[list[float]]:
 
 
 Weight = Annotated[
-    Annotated[Each[Positive], Tag("<vector>")]
+    Annotated[Each[NotNegative], Tag("<vector>")]
     | Annotated[Annotated[Each[Each[Number]], AfterValidator(_square)], Tag("<matrix>")],
     Discriminator(_weight_form),
 ]
