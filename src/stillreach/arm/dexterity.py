@@ -1,10 +1,11 @@
-"""How well an arm can move its tool: singular values of a task's Jacobian, and their product."""
+"""How well an arm can move its tool: singular values of a task's Jacobian, their product, and what is lost."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
+import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
@@ -14,6 +15,11 @@ from stillreach.errors import InputError
 
 if TYPE_CHECKING:
     from stillreach.arm.model import Arm
+
+LEAST_SPEED, LEAST_TURN = 1e-3, float(np.deg2rad(0.1))
+"""[m/s] and [rad/s]: a direction in which full rates give less is lost."""
+FULL_RATE = 1.0
+"""[rad/s] or [m/s]: full rate of a joint without a rate limit."""
 
 
 @runtime_checkable
@@ -35,6 +41,68 @@ class Asked(Protocol):
     @property
     def weights(self) -> Any:
         """Units and weights, or None."""
+
+
+class Directions(NamedTuple):
+    """Directions of a task, from the one served best to the one served worst.
+
+    Args:
+        basis: (m, m) orthonormal columns.
+        speeds: (m,) largest speed along each [units of the rows a second].
+        lost: (m,) whether that is less than the least speed.
+    """
+
+    basis: FloatArray
+    speeds: FloatArray
+    lost: npt.NDArray[np.bool_]
+
+    @property
+    def served(self) -> FloatArray:
+        """(m, k) those that are not lost."""
+        return self.basis[:, ~self.lost]
+
+    @property
+    def unserved(self) -> FloatArray:
+        """(m, m - k) those that are lost, the worst first."""
+        return np.ascontiguousarray(self.basis[:, self.lost][:, ::-1])
+
+
+def directions(J: FloatArray, least: FloatArray, to_twist: FloatArray | None = None) -> Directions:
+    """What full rates of the joints can do, judged by gain: rank alone takes rounding in a robot file for motion.
+
+    Args:
+        J: (m, k) Jacobian whose columns are scaled by the full rates of their joints.
+        least: (rows,) least speeds that count [m/s, rad/s].
+        to_twist: (rows, m) what turns the coordinates of J into a twist; None: they are its rows.
+    """
+    m = len(J)
+    U = np.linalg.svd(J, full_matrices=True)[0] if J.size else np.eye(m)
+    speeds = np.sum(np.abs(U.T @ J), axis=1)
+    twists = (U if to_twist is None else to_twist @ U) * speeds
+    return Directions(U, speeds, np.linalg.norm(twists / least[:, None], axis=0) < 1.0)
+
+
+def full_rates(limits: FloatArray) -> FloatArray:
+    """(n,) rate limits, FULL_RATE for joints without one [rad/s, m/s]."""
+    return np.where(np.isfinite(limits), limits, FULL_RATE)
+
+
+def least_speeds(rows: Iterable[int], speed: float = LEAST_SPEED, turn: float = LEAST_TURN) -> FloatArray:
+    """(m,) least speeds [m/s, rad/s] of rows of [v; w]."""
+    return np.array([speed if row < 3 else turn for row in rows])
+
+
+def task_jacobian(arm: Arm, q: FloatArray, task: Asked | None) -> FloatArray:
+    """(..., m, n) Jacobian of a task's rows at q (..., n), in metres and radians."""
+    if task is None:
+        return arm.jacobian(q)
+    if task.tool is not None:
+        arm = arm.with_tool(arm.tool @ task.tool)
+    J = arm.jacobian(q)
+    if task.frame == "tool":
+        to_tool = np.swapaxes(arm.forward(q)[..., :3, :3], -1, -2)
+        J = np.concatenate([to_tool @ J[..., :3, :], to_tool @ J[..., 3:, :]], axis=-2)
+    return J[..., task.indices, :]
 
 
 def spectra(

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from stillreach.errors import InputError, RobotFileError
+from stillreach.errors import InputError, RobotFileError, did_you_mean
 
 if TYPE_CHECKING:
     from stillreach.arm import Arm
@@ -98,12 +98,9 @@ def _root_element(path: Path) -> bytes | None:
 
 def _suggestion(robot: str) -> str:
     """Files in the folder and built-in arms with nearly that name."""
-    from difflib import get_close_matches
-
     if re.fullmatch(r"planar|snake", robot):
         return f" (did you mean '{robot}7'? A number of joints follows)"
     folder = Path(robot).parent
     found = (path for kind in ("urdf", "xml") for path in sorted(folder.glob(f"*.{kind}")))
     files = [str(path) for path in found if path.is_file()]
-    near = get_close_matches(robot, [*files, *(arm.name for arm in BUILT_IN)], n=1)
-    return f" (did you mean {near[0]!r}?)" if near else ""
+    return did_you_mean(robot, [*files, *(arm.name for arm in BUILT_IN)])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import stillreach as sr
-from stillreach.cli._locks import direction, locks, typical
+from stillreach.cli._locks import direction, locks, survey
 from stillreach.cli._robots import BUILT_IN, built_in
 
 
@@ -43,7 +43,7 @@ def test_an_arm_with_a_spherical_shoulder_and_wrist_never_has_its_elbow_to_spare
     shoulder = [sr.DHRow(alpha=-np.pi / 2), sr.DHRow(alpha=np.pi / 2), sr.DHRow(d=0.4, alpha=-np.pi / 2)]
     wrist = [sr.DHRow(d=0.4, alpha=np.pi / 2), sr.DHRow(alpha=-np.pi / 2), sr.DHRow()]
     arm = sr.Arm.from_dh([*shoulder, sr.DHRow(alpha=np.pi / 2), *wrist])
-    left = typical(arm)
+    left = survey(arm).typical
     assert left[3] == pytest.approx(0.0, abs=1e-9)
     assert np.all(np.delete(left, 3) > 0.01)
 
