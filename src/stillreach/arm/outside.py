@@ -29,14 +29,14 @@ class Outside(NamedTuple):
     expected: str
 
 
-def outside(arm: Arm, q: FloatArray) -> list[Outside]:
-    """The joints that q (n,) [rad, m] puts outside the arm's position limits."""
-    lower, upper = arm.position_limits.T
+def outside(arm: Arm, q: FloatArray, limits: FloatArray) -> list[Outside]:
+    """The joints that q (n,) [rad, m] puts outside position limits (n, 2)."""
+    lower, upper = limits.T
     found = []
     for i in np.flatnonzero((q < lower - ROUNDING) | (q > upper + ROUNDING)):
         show = _metres if arm.kinds[i] else _radians
-        limits = f"a value within its position limits, {show(lower[i], upper[i])}"
-        found.append(Outside(int(i), f"{arm.joint_names[i]} at {show(q[i])}", limits))
+        expected = f"a value within its position limits, {show(lower[i], upper[i])}"
+        found.append(Outside(int(i), f"{arm.joint_names[i]} at {show(q[i])}", expected))
     return found
 
 

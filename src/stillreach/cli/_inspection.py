@@ -42,21 +42,20 @@ def verdict(arm: Arm, found: Insight) -> str:
     always = [name for name, left in zip(names, found.typical, strict=True) if left == 0.0]
     here = [lock.joint for lock in found.locks if len(lock.lost)]
     if len(always) == arm.n:
-        text = "This arm can spare no joint: over most of its range each of them costs a direction"
+        text = "This arm can spare no joint: without any of them the tool loses a direction over most of the range"
     elif always:
-        text = f"{_named(always)} {_is(always)} what this arm can spare least: over most of its range the tool"
-        text += f" loses a direction with {'it' if len(always) == 1 else 'any of them'}"
+        text = f"What this arm can spare least {'is' if len(always) == 1 else 'are'} {_named(always, 'and')}: without "
+        text += f"{'it' if len(always) == 1 else 'any of them'} the tool loses a direction over most of the range"
     else:
         worst = least_spared(found)
         left = _share(float(found.typical[names.index(worst)]))
-        text = f"{worst} is what this arm can spare least: over its range a median of {left} of the manipulability"
-        text += " is left without it"
+        text = f"What this arm can spare least is {worst}: without it a median of {left} of the manipulability is left "
+        text += "over the range"
     if here == always:
         return f"{text}."
     if not here:
         return f"{text}. Here it can spare any one joint."
-    cannot = "any joint" if len(here) == arm.n else _named(here, "or")
-    return f"{text}. Here it cannot spare {cannot}."
+    return f"{text}. Here it cannot spare {'any joint' if len(here) == arm.n else _named(here, 'or')}."
 
 
 def least_spared(found: Insight) -> str:
@@ -78,14 +77,10 @@ def unit_of(arm: Arm, i: int) -> str:
     return "m" if arm.kinds[i] else "rad"
 
 
-def _named(names: list[str], word: str = "and") -> str:
+def _named(names: list[str], word: str) -> str:
     if len(names) > NAMED:
         return f"{', '.join(names[:NAMED])} {word} {len(names) - NAMED} more"
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {word} {names[-1]}"
-
-
-def _is(names: list[str]) -> str:
-    return "is" if len(names) == 1 else "are"
 
 
 def _mobility(arm: Arm, found: Insight) -> list[str]:

@@ -94,7 +94,7 @@ def _given(arm: Arm, text: str) -> tuple[FloatArray, str]:
 def _refuse_outside(arm: Arm, q: FloatArray) -> None:
     from stillreach.arm.outside import outside
 
-    found = outside(arm, q)
+    found = outside(arm, q, arm.position_limits)
     if found:
         got = " and ".join(joint.got for joint in found[:SHOWN]) + (", among others" if len(found) > SHOWN else "")
         advice = "a bare number is in rad or m, as in files without [units]: -45deg, 50mm; --outside takes it as it is"

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -13,6 +15,10 @@ if TYPE_CHECKING:
 
 ROOT_ELEMENT = re.compile(rb"<\s*(?:\w+:)?(robot|mujoco)\b")
 HEAD_BYTES = 65536
+TOOLS = ("tcp", "tool", "gripper", "effector", "eef", "flange", "hand", "palm")
+"""What links that carry the tool are called, the surest first."""
+COMPARED = 100
+"""Ends of a tree that are looked at."""
 EXPECTED = "a URDF or MJCF file, or a built-in arm (stillreach arms lists them)"
 
 
@@ -62,9 +68,27 @@ def load_arm(robot: str, *, tip: str | None, base: str | None, fixed: dict[str, 
     try:
         return read(path, tip=tip, base=base, fixed=fixed)
     except RobotFileError as error:
-        if error.argument == "tip" and tip is None and error.choices:
-            error.add_note(f"try --tip {error.choices[0]}")
+        if error.argument == "tip" and tip is None:
+            near = _likely_tip(error.choices[:COMPARED], lambda end: read(path, tip=end, base=base).n)
+            if near:
+                error.add_note(f"try --tip {near}")
         raise
+
+
+def _likely_tip(ends: Sequence[str], joints: Callable[[str], int]) -> str | None:
+    """The end of a tree that most likely carries the tool.
+
+    That is one named like a tool, else the one behind most joints; a camera on the torso is neither.
+    """
+    moving = {}
+    for end in ends:
+        with suppress(RobotFileError):  # no joint moves
+            moving[end] = joints(end)
+    for word in TOOLS:
+        named = [end for end in moving if word in end.lower() and 2 * moving[end] > max(moving.values())]
+        if named:
+            return min(named, key=len)
+    return max(moving, key=moving.__getitem__, default=None)
 
 
 def _file(robot: str) -> Path:

@@ -19,7 +19,7 @@ class Plan(Protocol):
 
     @property
     def knots(self) -> FloatArray:
-        """(K,) times [s] among which the point is at its farthest from the base."""
+        """(K,) times [s] after the beginning, among which the point is at its farthest from the base."""
 
     def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Poses (K, 4, 4) [m] and twists (K, 6) [m/s, rad/s] at times (K,) [s] since the course began."""
@@ -59,7 +59,7 @@ class Legs:
     @property
     def knots(self) -> FloatArray:
         """When each pose is reached; in between, the point is on straight lines."""
-        return self.times
+        return self.times[1:]
 
     def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Poses and twists at some times."""
@@ -101,7 +101,7 @@ class Arc:
     @property
     def knots(self) -> FloatArray:
         """Times that are close to each other: the farthest point can be anywhere."""
-        return np.linspace(0.0, self.duration, ARC_POINTS)
+        return np.linspace(0.0, self.duration, ARC_POINTS)[1:]
 
     def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Poses and twists at some times."""

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stillreach._door import FloatArray
 from stillreach.arm.outside import outside
 from stillreach.errors import InputError
 from stillreach.simulate.motion import checked_motion
 from stillreach.simulate.path import stretches
 
 if TYPE_CHECKING:
-    from stillreach.arm import Arm
     from stillreach.simulate.scenario import Scenario
     from stillreach.task import Task
 
@@ -22,7 +22,7 @@ ROUNDING = 1e-9
 
 def start_outside(scenario: Scenario) -> list[InputError]:
     """An error for each joint that starts outside its position limits."""
-    found = outside(_limited(scenario), scenario.start)
+    found = outside(scenario.arm, scenario.start, _limits(scenario))
     return [InputError("start", got, f"{expected}; {ADVICE}") for _, got, expected in found]
 
 
@@ -56,16 +56,16 @@ def _seen(task: Task) -> list[int]:
     return [] if task.frame == "tool" and len(rows) < 3 else rows
 
 
-def _limited(scenario: Scenario) -> Arm:
-    """The arm with the position limits that hold in the scenario."""
+def _limits(scenario: Scenario) -> FloatArray:
+    """(n, 2) position limits that hold in the scenario."""
     limits = scenario.position_limits
-    return scenario.arm if limits is None else scenario.arm.with_limits(position=limits)
+    return scenario.arm.position_limits if limits is None else np.broadcast_to(limits, (scenario.arm.n, 2))
 
 
 def _reach(scenario: Scenario) -> float:
     """How far from the base the task's point can ever be [m]; a slide that starts outside its limits may stay there."""
-    arm, task = _limited(scenario), scenario.task
-    lower, upper = arm.position_limits.T
+    lower, upper = _limits(scenario).T
     widened = np.column_stack([np.minimum(lower, scenario.start), np.maximum(upper, scenario.start)])
+    task = scenario.task
     point = 0.0 if task is None or task.tool is None else float(np.linalg.norm(task.tool[:3, 3]))
-    return arm.with_limits(position=widened).reach + point
+    return scenario.arm.with_limits(position=widened).reach + point

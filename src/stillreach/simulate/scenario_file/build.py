@@ -70,7 +70,7 @@ def _of_joints(reading: Reading, arm: Arm) -> dict[str, Any]:
         **limits_of(reading, arm),
     }
     if settings["start"] is not None and not reading.value("allow_outside") and reading.good("position_limits"):
-        _check_start(reading, arm, settings["start"], settings.get("position_limits"))
+        _check_start(reading, arm, settings["start"], settings.get("position_limits", arm.position_limits))
     check_joint_weights(reading, arm)
     if reading.has("return_rate"):
         settings["return_rate"] = reading.value("return_rate") * reading.units.largest_rate(arm.kinds)
@@ -80,10 +80,10 @@ def _of_joints(reading: Reading, arm: Arm) -> dict[str, Any]:
     return settings
 
 
-def _check_start(reading: Reading, arm: Arm, start: FloatArray, limits: FloatArray | None) -> None:
+def _check_start(reading: Reading, arm: Arm, start: FloatArray, limits: FloatArray) -> None:
     """A start outside the position limits is likely in other units than the file's."""
     by_name = isinstance(reading.value("start"), dict)
-    for i, got, expected in outside(arm if limits is None else arm.with_limits(position=limits), start):
+    for i, got, expected in outside(arm, start, limits):
         reading.wrong(("start", arm.joint_names[i] if by_name else i), got, f"{expected}; {ADVICE}")
 
 
