@@ -183,13 +183,18 @@ LONGEST, COMPARED = 100, 1000
 
 
 def nearest(word: Any, choices: Iterable[str]) -> str | None:
-    """The choice that is nearly the word, whatever its case, ``_``, ``-`` and spaces; None where there is none."""
+    """The choice that is nearly the word, whatever its case, ``_``, ``-`` and spaces; None where there is none.
+
+    A choice that differs in digits alone is another thing and not a misspelling: ``joint9`` does not stand for ``joint7``.
+    """
     if not isinstance(word, str) or len(word) > LONGEST:
         return None
     from difflib import get_close_matches
 
+    form = _form(word)
     by_form = {_form(choice): choice for choice in list(choices)[:COMPARED] if len(choice) <= LONGEST}
-    near = get_close_matches(_form(word), by_form, n=1, cutoff=LIKENESS)
+    others = [key for key in by_form if key == form or _undigited(key) != _undigited(form)]
+    near = get_close_matches(form, others, n=1, cutoff=LIKENESS)
     return by_form[near[0]] if near else None
 
 
@@ -197,6 +202,10 @@ def did_you_mean(word: Any, choices: Iterable[str]) -> str:
     """`` (did you mean 'elbow'?)`` where one of the choices is nearly the word, else nothing."""
     near = nearest(word, choices)
     return f" (did you mean {near!r}?)" if near else ""
+
+
+def _undigited(form: str) -> str:
+    return re.sub(r"\d", "0", form)
 
 
 def _form(text: str) -> str:

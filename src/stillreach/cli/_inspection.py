@@ -142,6 +142,7 @@ def _lock_table(arm: Arm, found: Insight) -> Table:
     made = table("joint", "locked at", "smallest σ", "left", "typical", "lost", right=(1, 2, 3, 4), wrap=(0, 5))
     for i, lock in enumerate(found.locks):
         lost = "; ".join(direction(twist, found.gauge.task.indices) for twist in lock.lost)
+        lost = lost.replace(" - ", " -").replace(" + ", " +")  # a line does not end with a sign
         made.add_row(
             lock.joint,
             shown(found.q[i], unit_of(arm, i)),
