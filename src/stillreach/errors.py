@@ -185,7 +185,7 @@ LONGEST, COMPARED = 100, 1000
 def nearest(word: Any, choices: Iterable[str]) -> str | None:
     """The choice that is nearly the word, whatever its case, ``_``, ``-`` and spaces; None where there is none.
 
-    A choice that differs in digits alone is another thing and not a misspelling: ``joint9`` does not stand for ``joint7``.
+    A choice that differs in digits alone is another thing, not a misspelling: ``joint9`` is not meant for ``joint7``.
     """
     if not isinstance(word, str) or len(word) > LONGEST:
         return None

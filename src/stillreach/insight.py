@@ -92,7 +92,7 @@ def lost_directions(
         raise InputError("least", _door.describe(least), f"{m} speeds above 0 (or one for all)")
     full = full_rates(_door.vector("rates", rates, n, allow_inf=True, minimum=0.0, default=np.inf))
     working = np.asarray(solution.lower < solution.upper)
-    return directions(row_weights @ (J * full)[:, working], wanted, np.asarray(np.linalg.inv(row_weights))).unserved
+    return directions(row_weights @ (J * full)[:, working], wanted, np.asarray(np.linalg.inv(row_weights))).lost
 
 
 def weak_directions(solution: Solution, threshold: float) -> FloatArray:

@@ -24,15 +24,16 @@ def full(arm):
 
 
 def largest(J, rates, along):
-    """(…) how many least speeds a unit direction gets at most."""
+    """How many least speeds a direction gets at most."""
     best = rates * np.sign(along @ J)
-    return along @ (J @ best) * np.linalg.norm(along / LEAST)
+    return along @ (J @ best) / np.linalg.norm(along * LEAST)
 
 
 def weak(J, rates, factor):
     """How many eigenvectors of the scaled J Jᵀ get less than so many least speeds."""
-    _, vectors = np.linalg.eigh((J * rates) @ (J * rates).T)
-    return sum(largest(J, rates, vector) < factor for vector in vectors.T)
+    scaled = J * rates / LEAST[:, None]
+    _, vectors = np.linalg.eigh(scaled @ scaled.T)
+    return sum(largest(J, rates, vector / LEAST) < factor for vector in vectors.T)
 
 
 def poses(arm, best):

@@ -44,31 +44,23 @@ class Asked(Protocol):
 
 
 class Directions(NamedTuple):
-    """Directions of a task, from the one served best to the one served worst.
+    """Directions of a task, in the coordinates of its Jacobian.
 
     Args:
-        basis: (m, m) orthonormal columns.
-        speeds: (m,) largest speed along each [units of the rows a second].
-        lost: (m,) whether that is less than the least speed.
+        served: (m, k) orthonormal columns: directions in which full rates move the tool.
+        lost: (m, m - k) orthonormal columns: the others, the worst first.
+        gains: (k,) singular values of the served ones: least speeds at full rates.
     """
 
-    basis: FloatArray
-    speeds: FloatArray
-    lost: npt.NDArray[np.bool_]
-
-    @property
-    def served(self) -> FloatArray:
-        """(m, k) those that are not lost."""
-        return self.basis[:, ~self.lost]
-
-    @property
-    def unserved(self) -> FloatArray:
-        """(m, m - k) those that are lost, the worst first."""
-        return np.ascontiguousarray(self.basis[:, self.lost][:, ::-1])
+    served: FloatArray
+    lost: FloatArray
+    gains: FloatArray
 
 
 def directions(J: FloatArray, least: FloatArray, to_twist: FloatArray | None = None) -> Directions:
     """What full rates of the joints can do, judged by gain: rank alone takes rounding in a robot file for motion.
+
+    Speeds are measured in least speeds, so that neither units nor weights decide what is lost.
 
     Args:
         J: (m, k) Jacobian whose columns are scaled by the full rates of their joints.
@@ -76,10 +68,14 @@ def directions(J: FloatArray, least: FloatArray, to_twist: FloatArray | None = N
         to_twist: (rows, m) what turns the coordinates of J into a twist; None: they are its rows.
     """
     m = len(J)
-    U = np.linalg.svd(J, full_matrices=True)[0] if J.size else np.eye(m)
-    speeds = np.sum(np.abs(U.T @ J), axis=1)
-    twists = (U if to_twist is None else to_twist @ U) * speeds
-    return Directions(U, speeds, np.linalg.norm(twists / least[:, None], axis=0) < 1.0)
+    scale = np.diag(1.0 / least) if to_twist is None else np.linalg.qr(to_twist / least[:, None])[1]
+    scaled = scale @ J
+    U, sigma, _ = np.linalg.svd(scaled, full_matrices=True) if J.size else (np.eye(m), np.zeros(0), None)
+    gains = np.pad(sigma, (0, m - len(sigma)))
+    weak = np.sum(np.abs(U.T @ scaled), axis=1) < 1.0
+    basis = np.linalg.qr(scale.T @ U[:, weak][:, ::-1], mode="complete")[0]
+    split = np.count_nonzero(weak)
+    return Directions(basis[:, split:], np.ascontiguousarray(basis[:, :split]), gains[~weak])
 
 
 def full_rates(limits: FloatArray) -> FloatArray:

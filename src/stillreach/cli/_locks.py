@@ -111,7 +111,7 @@ class Place:
         """(m, lost) orthonormal directions that the whole arm serves, and not without a joint."""
         served = self.whole.served
         rest = np.delete(served.T @ (self.J * self.rates), joint, axis=1)
-        return served @ directions(rest, self.least, served).unserved
+        return served @ directions(rest, self.least, served).lost
 
     def remaining(self) -> FloatArray:
         """(n,) manipulability without each joint over manipulability with it, in the directions that are served.
@@ -167,8 +167,8 @@ def survey(arm: Arm, gauge: Gauge = USUAL) -> Survey:
     """Looks at an arm over its range.
 
     That is at CONFIGURATIONS random ones within the position limits (half a turn or 1 m to both sides where there are
-    none); always the same ones. The best one has the most directions, and among equals the largest product of the
-    speeds along them.
+    none); always the same ones. The best one has the most directions, and among equals the largest manipulability, with
+    rates measured in their limits.
     """
     typical, marks = [], []
     poses = _configurations(arm)
@@ -176,8 +176,8 @@ def survey(arm: Arm, gauge: Gauge = USUAL) -> Survey:
         place = Place.of(arm, q, gauge)
         kept = place.remaining()
         typical.append([0.0 if place.lost_without(i).size else kept[i] for i in range(arm.n)])
-        speeds = place.whole.speeds[~place.whole.lost]
-        marks.append((len(speeds), float(np.sum(np.log(speeds)))))
+        gains = place.whole.gains
+        marks.append((len(gains), float(np.sum(np.log(gains)))))
     return Survey(np.median(typical, axis=0), poses[max(range(len(poses)), key=marks.__getitem__)])
 
 

@@ -69,6 +69,9 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
         raise InputError("path", repr(os.fspath(path)), f"{expected} ({error})") from error
     if not isinstance(labels, dict):
         raise InputError("path", repr(os.fspath(path)), f"{expected}, with labels by name")
+    other = [name for name, array in values.items() if array.dtype.kind not in "iuf"]
+    if other:
+        raise InputError("path", f"{os.fspath(path)!r} with other things than numbers in {', '.join(other)}", expected)
     return {
         **values,
         "joint_names": tuple(map(str, np.atleast_1d(joints))),

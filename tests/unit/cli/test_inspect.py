@@ -110,14 +110,12 @@ def test_a_task_of_fewer_rows_loses_less(frame):
         assert lock.rank == 2
 
 
-def test_the_best_pose_is_the_best_of_those_looked_at():
-    arm = sr.arms.canadarm2()
-    seen = survey(arm)
+def test_the_default_pose_is_the_most_dexterous_of_a_sample():
+    arm = sr.arms.canadarm2()  # all joints have the same rate limit
+    best = survey(arm).best
     lower, upper = arm.position_limits.T
-    others = np.random.default_rng(1994).uniform(lower, upper, (200, 7))
-    assert np.any(np.all(others == seen.best, axis=1))
-    assert manipulability(arm.jacobian(seen.best)) > np.quantile(arm.manipulability(others), 0.9)
-    np.testing.assert_array_equal(seen.best, survey(arm).best)
+    sample = np.random.default_rng(1994).uniform(lower, upper, (200, 7))
+    np.testing.assert_array_equal(best, max(sample, key=lambda q: manipulability(arm.jacobian(q))))
 
 
 def test_the_verdict_names_the_joint_that_can_be_spared_least(stillreach, tmp_path):
