@@ -17,6 +17,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 demo: $(STAMPS)/all $(STAMPS)/wheel  ## reproduce the paper into out/paper
 	$(BIN)/stillreach paper --out out/paper
+	@echo "The command is $(BIN)/stillreach; after '. $(BIN)/activate' the shell finds it as stillreach."
 
 test: lint cpp-test pytest  ## lint, C++ tests (also under sanitizers), Python tests on the installed wheel
 
@@ -73,8 +74,9 @@ requirements: check-tools  ## pin the newest versions of everything
 	$(PIP_COMPILE) -o requirements/peers.txt requirements/peers.in pyproject.toml
 	sed -i 's/+cpu / /' requirements/peers.txt
 
-clean:  ## remove everything that was made
-	rm -rf .venv .venv-peers build dist out .mypy_cache .pytest_cache .ruff_cache .hypothesis
+clean:  ## remove everything that was made; your own runs in out/ stay
+	rm -rf .venv .venv-peers build dist out/paper .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rmdir out 2>/dev/null || true
 	find src tests examples -name __pycache__ -prune -exec rm -rf {} +
 
 help:  ## this list

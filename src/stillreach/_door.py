@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stillreach.errors import InputError
+from stillreach.errors import InputError, did_you_mean
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -123,7 +123,7 @@ def choice(name: str, value: Any, choices: Sequence[str]) -> str:
     """One of the given words; InputError otherwise, with the nearest word as a suggestion."""
     if isinstance(value, str) and value in choices:
         return str(value)
-    raise InputError(name, describe(value), f"one of {', '.join(map(repr, choices))}{_suggestion(value, choices)}")
+    raise InputError(name, describe(value), f"one of {', '.join(map(repr, choices))}{did_you_mean(value, choices)}")
 
 
 def unit_vector(name: str, value: Any, n: int = 3) -> FloatArray:
@@ -233,12 +233,3 @@ def _scalar(name: str, value: Any, expected: str, allow_inf: bool) -> float:
         raise InputError(name, describe(value), expected)
     _refuse_values(name, numbers, expected, allow_inf, None)
     return float(numbers)
-
-
-def _suggestion(value: Any, choices: Sequence[str]) -> str:
-    if not isinstance(value, str):
-        return ""
-    from difflib import get_close_matches
-
-    near = get_close_matches(value.lower(), choices, n=1)
-    return f" (did you mean {near[0]!r}?)" if near else ""

@@ -6,7 +6,7 @@ The data of an error are its ``args``, so that it survives pickling (worker proc
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -174,3 +174,39 @@ def listing(choices: tuple[str, ...]) -> str:
         if counted == list(choices):
             return f"{choices[0]} … {choices[-1]}"
     return ", ".join(choices)
+
+
+LIKENESS = 0.65
+"""Least share of letters in common (difflib's ratio): ``axis`` is not a misspelt ``radius``, which has 0.6."""
+LONGEST, COMPARED = 100, 1000
+"""Letters of a word, and number of choices, that are compared."""
+
+
+def nearest(word: Any, choices: Iterable[str]) -> str | None:
+    """The choice that is nearly the word, whatever its case, ``_``, ``-`` and spaces; None where there is none.
+
+    A choice that differs in digits alone is another thing, not a misspelling: ``joint9`` is not meant for ``joint7``.
+    """
+    if not isinstance(word, str) or len(word) > LONGEST:
+        return None
+    from difflib import get_close_matches
+
+    form = _form(word)
+    by_form = {_form(choice): choice for choice in list(choices)[:COMPARED] if len(choice) <= LONGEST}
+    others = [key for key in by_form if key == form or _undigited(key) != _undigited(form)]
+    near = get_close_matches(form, others, n=1, cutoff=LIKENESS)
+    return by_form[near[0]] if near else None
+
+
+def did_you_mean(word: Any, choices: Iterable[str]) -> str:
+    """`` (did you mean 'elbow'?)`` where one of the choices is nearly the word, else nothing."""
+    near = nearest(word, choices)
+    return f" (did you mean {near!r}?)" if near else ""
+
+
+def _undigited(form: str) -> str:
+    return re.sub(r"\d", "0", form)
+
+
+def _form(text: str) -> str:
+    return re.sub(r"[_\s]", "-", text.lower())

@@ -6,9 +6,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from stillreach import _door
 from stillreach._door import FloatArray
+from stillreach.arm.dexterity import LEAST_SPEED, directions, full_rates, least_speeds
+from stillreach.errors import InputError
 from stillreach.status import Status
 
 if TYPE_CHECKING:
@@ -64,14 +67,51 @@ def singular_values(solution: Solution) -> FloatArray:
     return np.asarray(np.linalg.svd(J, compute_uv=False)) if J.size else np.zeros(0)
 
 
-def lost_directions(solution: Solution) -> FloatArray:
-    """(m, lost) orthonormal basis of the unit twists (in weighted units) that no working joint serves."""
-    return _left(solution, 0.0)
+def lost_directions(
+    solution: Solution, *, rates: npt.ArrayLike | None = None, least: npt.ArrayLike | None = None
+) -> FloatArray:
+    """Directions in which the working joints can hardly move the tool, judged by what full rates give.
+
+    Args:
+        solution: the answer.
+        rates: (n,) or one for all [rad/s, m/s] full rates of the joints; None, and for infinite ones: 1 rad/s, 1 m/s.
+        least: (m,) or one for all [m/s, rad/s] speeds; a direction in which full rates give less is lost. None:
+            1 mm/s and 0.1 deg/s for a task of six rows, 0.001 for other rows.
+
+    Returns:
+        (m, lost) orthonormal basis of unit twists in weighted units, the worst first.
+
+    Raises:
+        InputError: rates below 0, speeds not above 0, or another number of them.
+    """
+    J, row_weights = np.asarray(solution.jacobian), np.asarray(solution.row_weights)
+    m, n = J.shape
+    speeds = least_speeds(range(6)) if m == 6 else LEAST_SPEED
+    wanted = _door.vector("least", least, m, default=speeds)
+    if not np.all(wanted > 0.0):
+        raise InputError("least", _door.describe(least), f"{m} speeds above 0 (or one for all)")
+    full = full_rates(_door.vector("rates", rates, n, allow_inf=True, minimum=0.0, default=np.inf))
+    working = np.asarray(solution.lower < solution.upper)
+    rows = m - solution.weightless  # what has no weight in the task is not lost
+    weighted, to_twist = row_weights @ (J * full)[:, working], np.asarray(np.linalg.pinv(row_weights))
+    lost = directions(weighted[:rows], wanted, to_twist[:, :rows]).lost
+    return np.vstack([lost, np.zeros((m - rows, lost.shape[1]))])
 
 
 def weak_directions(solution: Solution, threshold: float) -> FloatArray:
-    """(m, weak) unit twists, weakest first, that unit rates move by less than the threshold (weighted units)."""
-    return _left(solution, _door.positive("threshold", threshold, or_zero=True))
+    """(m, weak) unit twists, weakest first, that unit rates move by less than the threshold (weighted units).
+
+    Those whose singular value is at most ``rank_tolerance`` times the largest are always among them.
+    """
+    weakest = _door.positive("threshold", threshold, or_zero=True)
+    J = _working(solution)
+    m, rows = J.shape[0], J.shape[0] - solution.weightless
+    if not J[:rows].size:
+        return np.eye(m)[:, :rows]
+    U, sigma, _ = np.linalg.svd(J[:rows], full_matrices=True)
+    sigma = np.concatenate([sigma, np.zeros(rows - len(sigma))])
+    weak = (sigma <= solution.rank_tolerance * sigma[0]) | (sigma < weakest)
+    return np.vstack([U[:, weak][:, ::-1], np.zeros((m - rows, np.count_nonzero(weak)))])
 
 
 def text(solution: Solution) -> str:
@@ -85,18 +125,3 @@ def text(solution: Solution) -> str:
 def _working(solution: Solution) -> FloatArray:
     """(m, working) columns of the weighted Jacobian whose joints have a choice left."""
     return np.asarray(solution.weighted_jacobian)[:, solution.lower < solution.upper]
-
-
-def _left(solution: Solution, threshold: float) -> FloatArray:
-    """(m, k) left singular vectors whose singular value counts as zero or is below the threshold, weakest first.
-
-    What has no weight in the task is not lost.
-    """
-    J = _working(solution)
-    m, rows = J.shape[0], J.shape[0] - solution.weightless
-    if not J[:rows].size:
-        return np.eye(m)[:, :rows]
-    U, sigma, _ = np.linalg.svd(J[:rows], full_matrices=True)
-    sigma = np.concatenate([sigma, np.zeros(rows - len(sigma))])
-    weak = (sigma <= solution.rank_tolerance * sigma[0]) | (sigma < threshold)
-    return np.vstack([U[:, weak][:, ::-1], np.zeros((m - rows, np.count_nonzero(weak)))])

@@ -58,6 +58,20 @@ def test_a_command_prints_what_the_page_shows(block, desk: Path) -> None:
     assert numbers(printed) == pytest.approx(numbers(block.output), rel=0.03, abs=0.01)
 
 
+README = [line for block in blocks((ROOT / "README.md").read_text(), "sh") for line in block.code.splitlines()]
+IN_README = [line.partition("#")[0].strip() for line in README if line.startswith("stillreach ")]
+
+
+def test_the_readme_shows_every_command_that_looks_at_a_robot_or_moves_it() -> None:
+    assert {line.split()[1] for line in IN_README} == {"run", "compare", "inspect"}
+
+
+@pytest.mark.parametrize("line", IN_README)
+def test_a_shell_line_of_the_readme_works_as_it_is_printed(line: str, desk: Path) -> None:
+    without_picture = "" if " inspect " in line else " --no-plot"
+    assert shell(line + without_picture, desk).returncode == 0
+
+
 def test_the_keys_of_run_and_compare_are_those_of_the_page(desk: Path) -> None:
     section = PAGE.partition("## For machines")[2].partition("`compare` has")[0]
     found = json.loads(shell("stillreach run planar-runaway --json --no-plot", desk).stdout)

@@ -53,6 +53,13 @@ def test_a_trace_of_the_machine_is_seen(pattern: re.Pattern[str], text: str) -> 
     assert pattern.search(text)
 
 
+def test_make_clean_keeps_the_runs_of_a_user() -> None:
+    recipe = (ROOT / "Makefile").read_text().partition("\nclean:")[2].partition("\n\n")[0]
+    removed = re.findall(r"\S+", " ".join(re.findall(r"rm -rf (.*)", recipe)))
+    assert "out/paper" in removed  # what `make demo` wrote
+    assert not {"out", "out/", "out/*"} & set(removed)
+
+
 def test_the_version_is_written_once() -> None:
     version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
     whole = re.compile(rf"(?<![\w.=]){re.escape(version)}(?![\w.])")

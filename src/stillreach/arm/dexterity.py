@@ -1,10 +1,11 @@
-"""How well an arm can move its tool: singular values of a task's Jacobian, and their product."""
+"""How well an arm can move its tool: singular values of a task's Jacobian, their product, and what is lost."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
+import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
@@ -14,6 +15,11 @@ from stillreach.errors import InputError
 
 if TYPE_CHECKING:
     from stillreach.arm.model import Arm
+
+LEAST_SPEED, LEAST_TURN = 1e-3, float(np.deg2rad(0.1))
+"""[m/s] and [rad/s]: a direction in which full rates give less is lost."""
+FULL_RATE = 1.0
+"""[rad/s] or [m/s]: full rate of a joint without a rate limit."""
 
 
 @runtime_checkable
@@ -35,6 +41,64 @@ class Asked(Protocol):
     @property
     def weights(self) -> Any:
         """Units and weights, or None."""
+
+
+class Directions(NamedTuple):
+    """Directions of a task, in the coordinates of its Jacobian.
+
+    Args:
+        served: (m, k) orthonormal columns: directions in which full rates move the tool.
+        lost: (m, m - k) orthonormal columns: the others, the worst first.
+        gains: (k,) singular values of the served ones: least speeds at full rates.
+    """
+
+    served: FloatArray
+    lost: FloatArray
+    gains: FloatArray
+
+
+def directions(J: FloatArray, least: FloatArray, to_twist: FloatArray | None = None) -> Directions:
+    """What full rates of the joints can do, judged by gain: rank alone takes rounding in a robot file for motion.
+
+    Speeds are measured in least speeds, so that neither units nor weights decide what is lost.
+
+    Args:
+        J: (m, k) Jacobian whose columns are scaled by the full rates of their joints.
+        least: (rows,) least speeds that count [m/s, rad/s].
+        to_twist: (rows, m) what turns the coordinates of J into a twist; None: they are its rows.
+    """
+    m = len(J)
+    scale = np.diag(1.0 / least) if to_twist is None else np.linalg.qr(to_twist / least[:, None])[1]
+    scaled = scale @ J
+    U, sigma, _ = np.linalg.svd(scaled, full_matrices=True) if J.size else (np.eye(m), np.zeros(0), None)
+    gains = np.pad(sigma, (0, m - len(sigma)))
+    weak = np.sum(np.abs(U.T @ scaled), axis=1) < 1.0
+    basis = np.linalg.qr(scale.T @ U[:, weak][:, ::-1], mode="complete")[0]
+    split = np.count_nonzero(weak)
+    return Directions(basis[:, split:], np.ascontiguousarray(basis[:, :split]), gains[~weak])
+
+
+def full_rates(limits: FloatArray) -> FloatArray:
+    """(n,) rate limits, FULL_RATE for joints without one [rad/s, m/s]."""
+    return np.where(np.isfinite(limits), limits, FULL_RATE)
+
+
+def least_speeds(rows: Iterable[int], speed: float = LEAST_SPEED, turn: float = LEAST_TURN) -> FloatArray:
+    """(m,) least speeds [m/s, rad/s] of rows of [v; w]."""
+    return np.array([speed if row < 3 else turn for row in rows])
+
+
+def task_jacobian(arm: Arm, q: FloatArray, task: Asked | None) -> FloatArray:
+    """(..., m, n) Jacobian of a task's rows at q (..., n), in metres and radians."""
+    if task is None:
+        return arm.jacobian(q)
+    if task.tool is not None:
+        arm = arm.with_tool(arm.tool @ task.tool)
+    J = arm.jacobian(q)
+    if task.frame == "tool":
+        to_tool = np.swapaxes(arm.forward(q)[..., :3, :3], -1, -2)
+        J = np.concatenate([to_tool @ J[..., :3, :], to_tool @ J[..., 3:, :]], axis=-2)
+    return J[..., task.indices, :]
 
 
 def spectra(

@@ -5,19 +5,18 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from stillreach import _door
 from stillreach._text import UTF_16_MARKS
-from stillreach.errors import RobotFileError
+from stillreach.errors import RobotFileError, did_you_mean
 
 MAX_BYTES = 16 * 2**20
 UTF_16 = dict.fromkeys(UTF_16_MARKS, "utf-16") | {b"<\0": "utf-16-le", b"\0<": "utf-16-be"}
 """How files begin that are in UTF-16, with and without a byte order mark."""
-SHOWN, COMPARED = 30, 1000
-"""How many choices a message lists, and how many are searched for a name that is almost right."""
+SHOWN = 30
+"""How many choices a message lists."""
 
 
 @dataclass(frozen=True)
@@ -143,15 +142,6 @@ def listing(names: tuple[str, ...]) -> str:
         return "there is none"
     more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
     return ", ".join(_short(name) for name in names[:SHOWN]) + more
-
-
-def did_you_mean(value: Any, names: tuple[str, ...]) -> str:
-    """`` (did you mean 'elbow'?)`` where one of the names is almost the value, else nothing."""
-    if not isinstance(value, str) or len(value) > 100:
-        return ""
-    by_lower = {name.lower(): name for name in names[:COMPARED] if len(name) <= 100}
-    near = get_close_matches(value.lower(), by_lower, n=1)
-    return f" (did you mean {by_lower[near[0]]!r}?)" if near else ""
 
 
 def shown(value: Any) -> str:

@@ -46,8 +46,7 @@ def parse_fault(arm: Arm, text: str) -> Fault:
     """A fault from ``j4``, ``j4@2.5`` or ``j4@2.5:derated=0.3``.
 
     Raises:
-        InputError: it is something else.
-        UnknownJointError: the arm has no such joint.
+        InputError: it is something else, or the arm has no such joint.
     """
     from stillreach.faults import Fault
 

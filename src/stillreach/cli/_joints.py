@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 from stillreach.cli._units import ANGLES, LENGTHS, quantity
-from stillreach.errors import InputError, UnknownJointError
+from stillreach.errors import InputError, listing, nearest
 
 if TYPE_CHECKING:
     from stillreach._door import FloatArray
     from stillreach.arm import Arm
 
+SHOWN = 3
+"""Joints outside their limits that a message names."""
 ANY_UNIT = {"": 1.0, **ANGLES, **LENGTHS}
 
 
@@ -36,31 +39,45 @@ def _pairs(text: str) -> list[str]:
     return [part.strip() for part in parts] if all("=" in part for part in parts) else [text]
 
 
-def configuration(arm: Arm, text: str | None) -> tuple[FloatArray, str]:
+def configuration(arm: Arm, text: str | None, *, best: FloatArray, outside: bool) -> tuple[FloatArray, str]:
     """A configuration, and in words where it comes from.
 
     Args:
         arm: whose.
-        text: ``"zero"``, ``"middle"`` (of the limits; the default), n numbers separated by commas, or ``joint=value``
-            pairs separated by commas, the other joints in the middle. Numbers are in rad or m, or carry a unit.
+        text: ``"best"`` (the default), ``"zero"``, ``"middle"`` (of the limits), n numbers separated by commas, or
+            ``joint=value`` pairs separated by commas, the other joints in the middle. Numbers are in rad or m, or carry
+            a unit.
+        best: (n,) where the tool moves best [rad, m].
+        outside: whether values may be outside the position limits.
 
     Returns:
         q (n,) [rad, m] and its source.
 
     Raises:
-        InputError: it is none of these.
-        UnknownJointError: a pair names a joint that the arm does not have.
+        InputError: the text is none of these, or a value is outside the position limits.
     """
     import numpy as np
 
-    if text is None or text == "middle":
+    if text is None or text == "best":
+        return best, "where it moves best, of a sample of its range"
+    if text == "middle":
         return middle(arm), "in the middle of its limits"
     if text == "zero":
         return np.zeros(arm.n), "with all joints at zero"
+    q, source = _given(arm, text)
+    if not outside:
+        _refuse_outside(arm, q)
+    return q, source
+
+
+def _given(arm: Arm, text: str) -> tuple[FloatArray, str]:
+    """A configuration from numbers or pairs."""
+    import numpy as np
+
     parts = text.split(",")
     if "=" not in text:
         if len(parts) != arm.n:
-            expected = f"{arm.n} numbers separated by commas, joint=value pairs, zero or middle"
+            expected = f"{arm.n} numbers separated by commas, joint=value pairs, zero, middle or best"
             raise InputError("--q", f"{len(parts)} values ({text!r})", expected)
         values = [_value(arm, i, part) for i, part in enumerate(parts)]
         return np.array(values), "as given"
@@ -74,16 +91,28 @@ def configuration(arm: Arm, text: str | None) -> tuple[FloatArray, str]:
     return q, "as given, the other joints in the middle of their limits"
 
 
+def _refuse_outside(arm: Arm, q: FloatArray) -> None:
+    from stillreach.arm.outside import outside
+
+    found = outside(arm, q, arm.position_limits)
+    if found:
+        got = " and ".join(joint.got for joint in found[:SHOWN]) + (", among others" if len(found) > SHOWN else "")
+        advice = "a bare number is in rad or m, as in files without [units]: -45deg, 50mm; --outside takes it as it is"
+        raise InputError("--q", got, f"{found[0].expected}; {advice}")
+
+
 def joint_index(arm: Arm, option: str, joint: str) -> int:
-    """Index of a joint by its name or its 0-based index.
+    """Index of a joint by its name; a bare number could count from 0 or from 1, and is no name.
 
     Raises:
-        UnknownJointError: the arm has no such joint.
+        InputError: the arm has no such joint.
     """
-    try:
-        return arm.joint_index(int(joint) if joint.isdecimal() and joint not in arm.joint_names else joint)
-    except UnknownJointError as error:
-        raise UnknownJointError(option, error.got, error.choices) from None
+    if joint in arm.joint_names:
+        return arm.joint_names.index(joint)
+    numbered = [name for name in arm.joint_names if re.fullmatch(rf"(.*\D)?0*{re.escape(joint)}", name)]
+    near = numbered[0] if joint.isdecimal() and len(numbered) == 1 else nearest(joint, arm.joint_names)
+    hint = f" (did you mean {near!r}?)" if near else ""
+    raise InputError(option, repr(joint), f"the name of a joint: {listing(arm.joint_names)}{hint}")
 
 
 def middle(arm: Arm) -> FloatArray:

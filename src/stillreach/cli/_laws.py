@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from stillreach.errors import InputError
+from stillreach.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
     from stillreach.laws import Law
@@ -32,15 +32,12 @@ def parse_law(text: str, *, like: Law | None = None, argument: str = "--law") ->
         InputError: another name, setting or value.
     """
     from dataclasses import fields
-    from difflib import get_close_matches
 
     import stillreach as sr
 
     name, *settings = text.strip().split(":")
     if name not in LAWS:
-        near = get_close_matches(name.lower().replace("_", "-"), LAWS, n=1)
-        hint = f" (did you mean {near[0]!r}?)" if near else ""
-        raise InputError(argument, repr(name), f"one of {', '.join(LAWS)}{hint}")
+        raise InputError(argument, repr(name), f"one of {', '.join(LAWS)}{did_you_mean(name, LAWS)}")
     kind: type[Law] = getattr(sr, LAWS[name])
     known = [field.name for field in fields(kind) if field.name != "weights"]
     values: dict[str, Any] = {}

@@ -9,9 +9,16 @@ import numpy as np
 
 from stillreach._door import FloatArray
 from stillreach.arm import Arm
-
-RANK_TOLERANCE = 1e-10
-"""Singular values below this, relative to the largest, count as zero, as the laws count them."""
+from stillreach.arm.dexterity import (
+    LEAST_SPEED,
+    LEAST_TURN,
+    Directions,
+    directions,
+    full_rates,
+    least_speeds,
+    task_jacobian,
+)
+from stillreach.task import Task
 
 SHOWN = 0.05
 """Components of a direction below this are left out."""
@@ -20,6 +27,7 @@ CONFIGURATIONS = 200
 SEED = 1994
 
 COMPONENTS = ("vx", "vy", "vz", "wx", "wy", "wz")
+WHOLE_POSE = Task()
 
 
 @dataclass(frozen=True)
@@ -28,10 +36,10 @@ class Lock:
 
     Args:
         joint: name.
-        singular_values: (min(6, n - 1),) of the Jacobian without the joint, falling.
-        rank: how many of them count.
-        manipulability: what is left of the manipulability, 0 to 1; 0 where a direction is lost, or was lost before.
-        lost: (lost, 6) orthonormal unit twists that were possible and no longer are [m, rad].
+        singular_values: (min(m, n - 1),) of the Jacobian without the joint, falling.
+        rank: in how many directions the tool can move without it.
+        manipulability: remaining manipulability, 0 to 1; 0 where a direction is lost.
+        lost: (lost, m) orthonormal unit twists that were possible and no longer are [m, rad].
     """
 
     joint: str
@@ -42,87 +50,135 @@ class Lock:
 
 
 @dataclass(frozen=True)
+class Survey:
+    """An arm over its range.
+
+    Args:
+        typical: (n,) median of the remaining manipulability without each joint, 0 to 1.
+        best: (n,) the configuration of all those looked at where the tool moves best [rad, m].
+    """
+
+    typical: FloatArray
+    best: FloatArray
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """What motion of the tool counts.
+
+    Args:
+        task: rows and axes.
+        speed, turn: a direction in which full rates give less is lost [m/s], [rad/s].
+    """
+
+    task: Task = WHOLE_POSE
+    speed: float = LEAST_SPEED
+    turn: float = LEAST_TURN
+
+    @property
+    def least(self) -> FloatArray:
+        """(m,) least speeds of the task's rows."""
+        return least_speeds(self.task.indices, self.speed, self.turn)
+
+
+USUAL = Gauge()
+
+
+@dataclass(frozen=True)
+class Place:
+    """An arm at a configuration.
+
+    Args:
+        J: (m, n) Jacobian of the task's rows; 0 for joints that cannot move [m, rad].
+        rates: (n,) full rates.
+        least: (m,) least speeds of the rows.
+        whole: directions of the whole arm.
+    """
+
+    J: FloatArray
+    rates: FloatArray
+    least: FloatArray
+    whole: Directions
+
+    @classmethod
+    def of(cls, arm: Arm, q: FloatArray, gauge: Gauge) -> Place:
+        """The arm at q (n,) [rad, m]."""
+        rates = full_rates(arm.velocity_limits)
+        J = task_jacobian(arm, q, gauge.task) * (rates > 0.0)
+        return cls(J, rates, gauge.least, directions(J * rates, gauge.least))
+
+    def lost_without(self, joint: int) -> FloatArray:
+        """(m, lost) orthonormal directions that the whole arm serves, and not without a joint."""
+        served = self.whole.served
+        rest = np.delete(served.T @ (self.J * self.rates), joint, axis=1)
+        return served @ directions(rest, self.least, served).lost
+
+    def remaining(self) -> FloatArray:
+        """(n,) manipulability without each joint over manipulability with it, in the directions that are served.
+
+        It is the length of the joint's row in an orthonormal basis of the null space of J.
+        """
+        served = self.whole.served
+        _, _, Vt = np.linalg.svd(served.T @ self.J, full_matrices=True)
+        return np.asarray(np.linalg.norm(Vt[served.shape[1] :], axis=0))
+
+
+@dataclass(frozen=True)
 class Insight:
     """An arm at a configuration.
 
     Args:
         q: (n,) [rad, m].
-        singular_values: (min(6, n),) of the Jacobian, falling [m, rad].
+        gauge: the task, and what counts as lost.
+        singular_values: (min(m, n),) of the Jacobian, falling [m, rad].
+        rank: in how many directions the tool can move.
         locks: what locking each joint does there.
-        typical: (n,) median over the arm's range of what is left of the manipulability without each joint.
+        typical: (n,) median over the arm's range of the remaining manipulability without each joint.
     """
 
     q: FloatArray
+    gauge: Gauge
     singular_values: FloatArray
+    rank: int
     locks: list[Lock]
     typical: FloatArray
 
-    @property
-    def rank(self) -> int:
-        """In how many directions the tool can move."""
-        return rank(self.singular_values)
 
-
-def insight(arm: Arm, q: FloatArray) -> Insight:
+def insight(arm: Arm, q: FloatArray, seen: Survey, gauge: Gauge = USUAL) -> Insight:
     """What an arm can do at q (n,) [rad, m], and what is left of it without each joint."""
-    return Insight(q, singular_values(arm.jacobian(q)), locks(arm, q), typical(arm))
+    place = Place.of(arm, q, gauge)
+    rank = place.whole.served.shape[1]
+    return Insight(q, gauge, _singular_values(place.J), rank, locks(arm, q, gauge), seen.typical)
 
 
-def singular_values(J: FloatArray) -> FloatArray:
-    """(min(m, n),) falling; none for no column."""
-    return np.asarray(np.linalg.svd(J, compute_uv=False)) if J.size else np.zeros(0)
-
-
-def rank(sigma: FloatArray) -> int:
-    """How many singular values count."""
-    return int(np.count_nonzero(sigma > RANK_TOLERANCE * sigma[0])) if len(sigma) else 0
-
-
-def locks(arm: Arm, q: FloatArray) -> list[Lock]:
-    """What locking each joint of an arm at q (n,) [rad, m] does, in metres and radians.
-
-    Manipulability without joint i over manipulability with it is the length of row i of an orthonormal basis of the
-    null space of J.
-    """
-    J = arm.jacobian(q)
-    U, sigma, Vt = np.linalg.svd(J, full_matrices=True)
-    whole = rank(sigma)
-    null_space = Vt[whole:].T
+def locks(arm: Arm, q: FloatArray, gauge: Gauge = USUAL) -> list[Lock]:
+    """What locking each joint of an arm at q (n,) [rad, m] does, in metres and radians."""
+    place = Place.of(arm, q, gauge)
+    rank = place.whole.served.shape[1]
     found = []
-    for i, name in enumerate(arm.joint_names):
-        rest = np.delete(J, i, axis=1)
-        left = singular_values(rest)
-        lost = _lost(rest, U[:, :whole])
-        kept = 0.0 if len(lost) else float(np.linalg.norm(null_space[i]))
-        found.append(Lock(name, left, rank(left), kept, lost))
+    for i, (name, kept) in enumerate(zip(arm.joint_names, place.remaining(), strict=True)):
+        lost = np.ascontiguousarray(place.lost_without(i).T)
+        sigma = _singular_values(np.delete(place.J, i, axis=1))
+        found.append(Lock(name, sigma, rank - len(lost), 0.0 if len(lost) else float(kept), lost))
     return found
 
 
-def typical(arm: Arm) -> FloatArray:
-    """(n,) median manipulability without each joint, relative to the whole arm's, over its range.
+def survey(arm: Arm, gauge: Gauge = USUAL) -> Survey:
+    """Looks at an arm over its range.
 
-    Over CONFIGURATIONS random ones within the position limits (half a turn or 1 m to both sides where there are none);
-    always the same ones.
+    That is at CONFIGURATIONS random ones within the position limits (half a turn or 1 m to both sides where there are
+    none); always the same ones. The best one has the most directions, and among equals the largest manipulability, with
+    rates measured in their limits.
     """
-    lower, upper = arm.position_limits.T
-    span = np.where(arm.kinds == 1, 1.0, np.pi)
-    low = np.where(np.isfinite(lower), lower, np.minimum(upper, span) - 2 * span)
-    low = np.where(np.isfinite(lower) | np.isfinite(upper), low, -span)
-    high = np.where(np.isfinite(upper), upper, low + 2 * span)
-    q = np.random.default_rng(SEED).uniform(low, high, (CONFIGURATIONS, arm.n))
-    _, sigma, Vt = np.linalg.svd(arm.jacobian(q), full_matrices=True)
-    left = []
-    for values, rows in zip(sigma, Vt, strict=True):
-        left.append(np.linalg.norm(rows[rank(values) :], axis=0))
-    return np.asarray(np.median(left, axis=0))
-
-
-def _lost(rest: FloatArray, served: FloatArray) -> FloatArray:
-    """(lost, 6) directions within those served (6, k) that a Jacobian without a joint does not serve."""
-    if rest.size == 0:
-        return np.ascontiguousarray(served.T)
-    U, sigma, _ = np.linalg.svd(served.T @ rest, full_matrices=True)
-    return np.ascontiguousarray((served @ U[:, rank(sigma) :]).T)
+    typical, marks = [], []
+    poses = _configurations(arm)
+    for q in poses:
+        place = Place.of(arm, q, gauge)
+        kept = place.remaining()
+        typical.append([0.0 if place.lost_without(i).size else kept[i] for i in range(arm.n)])
+        gains = place.whole.gains
+        marks.append((len(gains), float(np.sum(np.log(gains)))))
+    return Survey(np.median(typical, axis=0), poses[max(range(len(poses)), key=marks.__getitem__)])
 
 
 def direction(twist: FloatArray, rows: Iterable[int] = range(6)) -> str:
@@ -139,3 +195,18 @@ def direction(twist: FloatArray, rows: Iterable[int] = range(6)) -> str:
         return parts[0][1]
     text = " ".join(f"{'-' if value < 0 else '+'} {abs(value):.2f} {name}" for value, name in parts)
     return text.removeprefix("+ ")
+
+
+def _singular_values(J: FloatArray) -> FloatArray:
+    """(min(m, n),) falling; none for no column."""
+    return np.asarray(np.linalg.svd(J, compute_uv=False)) if J.size else np.zeros(0)
+
+
+def _configurations(arm: Arm) -> FloatArray:
+    """(CONFIGURATIONS, n) [rad, m]."""
+    lower, upper = arm.position_limits.T
+    span = np.where(arm.kinds == 1, 1.0, np.pi)
+    low = np.where(np.isfinite(lower), lower, np.minimum(upper, span) - 2 * span)
+    low = np.where(np.isfinite(lower) | np.isfinite(upper), low, -span)
+    high = np.where(np.isfinite(upper), upper, low + 2 * span)
+    return np.random.default_rng(SEED).uniform(low, high, (CONFIGURATIONS, arm.n))

@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from stillreach.errors import MissingExtraError
 
+RECORDS = (".nc", ".npz")
+"""Suffixes of records; the second needs no extra."""
+
 if TYPE_CHECKING:
     from stillreach.simulate import Run
 
@@ -29,26 +32,36 @@ def folder_for(out: Path | None, scenario: str) -> Path:
 def write_record(run: Run, folder: Path, stem: str = "run") -> Path:
     """Write a run as netCDF, or as NumPy's archive where the extra for that is missing (and say so).
 
+    A record of an earlier run in the other of these formats is removed.
+
     Returns:
         The file.
     """
     from stillreach.cli._terminal import note
 
-    path = folder / f"{stem}.nc"
+    path, other = (folder / f"{stem}{suffix}" for suffix in RECORDS)
     try:
         run.save(path)
     except MissingExtraError as missing:
-        path = folder / f"{stem}.npz"
-        note(f"stillreach: {missing} (for {stem}.nc; {stem}.npz holds the same arrays)")
-        _write_arrays(run, path)
+        path, other = other, path
+        note(f"stillreach: {missing} (for {other.name}; {path.name} holds the same)")
+        run.save(path)
+    remove_older(other)
     return path
 
 
-def write_summary(found: dict[str, Any], folder: Path, stem: str = "summary") -> Path:
+def remove_older(*paths: Path) -> None:
+    """Remove files that an earlier run left, so that they do not stand beside files of this one."""
+    for path in paths:
+        if path.is_file():
+            path.unlink()
+
+
+def write_summary(found: dict[str, Any], folder: Path, name: str = "summary.json") -> Path:
     """Write what --json prints."""
     from stillreach.cli._terminal import plain
 
-    path = folder / f"{stem}.json"
+    path = folder / name
     path.write_text(json.dumps(plain(found), indent=2, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
     return path
 
@@ -80,12 +93,3 @@ def picture(wanted: bool | None, path: Path, draw: Callable[[], Any]) -> list[Pa
         return []
     figure.savefig(path, dpi=130, pil_kwargs={"compress_level": 2})
     return [path]
-
-
-def _write_arrays(run: Run, path: Path) -> None:
-    import numpy as np
-
-    from stillreach.simulate.fields import FIELDS
-
-    arrays = {field.name: getattr(run, field.name) for field in FIELDS}
-    np.savez_compressed(path, joint=run.joint_names, joint_unit=run.joint_units, **arrays)

@@ -4,18 +4,24 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, NamedTuple
 
 from stillreach._text import UTF_16_MARKS
-from stillreach.errors import InputError, RobotFileError
+from stillreach.errors import InputError, RobotFileError, did_you_mean
 
 if TYPE_CHECKING:
     from stillreach.arm import Arm
 
 ROOT_ELEMENT = re.compile(r"<\s*(?:\w+:)?(robot|mujoco)\b")
 HEAD_BYTES = 65536
+TOOLS = ("tcp", "tool", "gripper", "effector", "eef", "flange", "hand", "palm")
+"""What links that carry the tool are called, the surest first."""
+COMPARED = 100
+"""Ends of a tree that are looked at."""
 STANDARD_INPUT = "-"
 OPEN_DESCRIPTOR = re.compile(r"/dev/stdin|/(?:dev|proc/self)/fd/\d+")
 """Paths of what is open already, e.g. the pipe of ``<(xacro robot.urdf.xacro)``; opening any other pipe could wait."""
@@ -67,10 +73,29 @@ def load_arm(robot: str, *, tip: str | None, base: str | None, fixed: dict[str, 
     try:
         return read(source, tip=tip, base=base, fixed=fixed)
     except RobotFileError as error:
-        asked = {"tip": tip, "base": base}
-        if error.argument in asked and asked[error.argument] is None and error.choices:
+        if error.argument == "tip" and tip is None and isinstance(source, Path):
+            near = _likely_tip(error.choices[:COMPARED], lambda end: read(source, tip=end, base=base).n)
+            if near:
+                error.add_note(f"try --tip {near}")
+        elif error.argument in ("tip", "base") and {"tip": tip, "base": base}[error.argument] is None and error.choices:
             error.add_note(f"try --{error.argument} {error.choices[0]}")
         raise
+
+
+def _likely_tip(ends: Sequence[str], joints: Callable[[str], int]) -> str | None:
+    """The end of a tree that most likely carries the tool.
+
+    That is one named like a tool, else the one behind most joints; a camera on the torso is neither.
+    """
+    moving = {}
+    for end in ends:
+        with suppress(RobotFileError):  # no joint moves
+            moving[end] = joints(end)
+    for word in TOOLS:
+        named = [end for end in moving if word in end.lower() and 2 * moving[end] > max(moving.values())]
+        if named:
+            return min(named, key=len)
+    return max(moving, key=moving.__getitem__, default=None)
 
 
 def _source(robot: str) -> tuple[Path | IO[bytes], str]:
@@ -139,12 +164,9 @@ def built_in(name: str) -> Arm | None:
 
 def _suggestion(robot: str) -> str:
     """Files in the folder and built-in arms with nearly that name."""
-    from difflib import get_close_matches
-
     if re.fullmatch(r"planar|snake", robot):
         return f" (did you mean '{robot}7'? A number of joints follows)"
     folder = Path(robot).parent
     found = (path for kind in ("urdf", "xml") for path in sorted(folder.glob(f"*.{kind}")))
     files = [str(path) for path in found if path.is_file()]
-    near = get_close_matches(robot, [*files, *(arm.name for arm in BUILT_IN)], n=1)
-    return f" (did you mean {near[0]!r}?)" if near else ""
+    return did_you_mean(robot, [*files, *(arm.name for arm in BUILT_IN)])

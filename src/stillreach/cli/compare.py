@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 from dataclasses import replace
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from stillreach.simulate.summary import Summary
 
     Result = tuple[Scenario, Run, Summary]
+
+PICTURE, SUMMARY = "compare.png", "compare.json"
 
 
 def compare(
@@ -48,13 +51,13 @@ def compare(
 ) -> None:
     """Simulate a scenario under several laws: table and picture.
 
-    Writes a record for each law, compare.png and compare.json. Exits with 0 when all laws were run, whether or not the
-    tool arrives under them. Ctrl-C keeps what was computed.
+    Writes a record for each law, compare.png and compare.json in place of those of an earlier comparison. Exits with 0
+    when all laws were run, whether or not the tool arrives under them. Ctrl-C keeps what was computed.
     """
     from stillreach.cli._exit import CTRL_C
     from stillreach.cli._faults import changed
     from stillreach.cli._laws import parse_laws
-    from stillreach.cli._records import folder_for, picture, write_record, write_summary
+    from stillreach.cli._records import folder_for, picture, remove_older, write_record, write_summary
     from stillreach.cli._terminal import console, print_json
     from stillreach.cli._units import tolerances
 
@@ -63,10 +66,11 @@ def compare(
     folder = folder_for(out, scenario)
     results = _results(chosen, parse_laws(laws, like=chosen.law), allowed)
     found = _facts(chosen, results)
+    remove_older(*_older(folder, set(results)))
     written = [write_record(run, folder, _stem(law)) for law, (_, run, _) in results.items()]
     written += [
-        write_summary(found, folder, "compare"),
-        *picture(plot, folder / "compare.png", lambda: _drawn(results)),
+        write_summary(found, folder, SUMMARY),
+        *picture(plot, folder / PICTURE, lambda: _drawn(results)),
     ]
     if as_json:
         print_json({**found, "files": [str(path) for path in written]})
@@ -137,6 +141,18 @@ def _print(scenario: Scenario, results: dict[str, Result]) -> None:
         if is_late(found):
             late, beside = shown_length(found.distance.value), shown_length(found.beside)
             out.print(f"{name} falls behind, by up to {late}, and is at most {beside} off its path")
+
+
+def _older(folder: Path, laws: set[str]) -> list[Path]:
+    """Picture and records of an earlier comparison in a folder, but for those that these laws replace."""
+    from stillreach.cli._records import RECORDS
+
+    try:
+        earlier = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))["laws"]
+        gone = {_stem(str(law)) for law in earlier} - {_stem(law) for law in laws}
+    except (OSError, ValueError, KeyError, TypeError):
+        gone = set()
+    return [folder / PICTURE, *(folder / f"{stem}{suffix}" for stem in sorted(gone) for suffix in RECORDS)]
 
 
 def _stem(law: str) -> str:

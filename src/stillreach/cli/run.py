@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from stillreach.simulate import Run, Scenario
     from stillreach.simulate.summary import Summary
 
+PICTURE = "run.png"
+
 
 def run(
     scenario: Annotated[
@@ -38,7 +40,7 @@ def run(
         str | None,
         typer.Option(
             metavar="LENGTH[,ANGLE]",
-            help="How near to its goal the tool has arrived, e.g. 5mm,1deg; by default 1 % of the way.",
+            help="How near to its goal the tool has arrived, with units, e.g. 5mm,1deg; by default 1 % of the way.",
         ),
     ] = None,
     plot: Annotated[
@@ -48,12 +50,13 @@ def run(
 ) -> None:
     """Simulate a scenario: summary, record and picture.
 
-    Writes run.nc (run.npz where the extra netcdf is missing), run.png and summary.json. Exits with 0 when the tool ends
+    Writes run.nc (run.npz where the extra netcdf is missing), run.png and summary.json in place of those of an earlier
+    run. Exits with 0 when the tool ends
     at its goal, with 1 when it does not. Ctrl-C keeps what was computed.
     """
     from stillreach.cli._exit import CTRL_C, NOT_FINISHED
     from stillreach.cli._faults import changed
-    from stillreach.cli._records import folder_for, picture, write_record, write_summary
+    from stillreach.cli._records import folder_for, picture, remove_older, write_record, write_summary
     from stillreach.cli._summary import facts, print_summary
     from stillreach.cli._terminal import console, print_json
     from stillreach.cli._units import tolerances
@@ -62,8 +65,9 @@ def run(
     chosen = changed(scenario, law=law, fail=fail or [], healthy=healthy)
     folder = folder_for(out, scenario)
     record, found = simulated(chosen, allowed)
+    remove_older(folder / PICTURE)
     written = [write_record(record, folder), write_summary(facts(chosen, record, found), folder)]
-    written += picture(plot, folder / "run.png", lambda: _drawn(chosen, record, found))
+    written += picture(plot, folder / PICTURE, lambda: _drawn(chosen, record, found))
     if as_json:
         print_json({**facts(chosen, record, found), "files": [str(path) for path in written]})
     else:

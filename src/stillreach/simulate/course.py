@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -11,9 +11,15 @@ from stillreach._door import FloatArray
 from stillreach.simulate.profile import progress
 from stillreach.simulate.rotations import exp, log
 
+ARC_POINTS = 3601
+
 
 class Plan(Protocol):
     """A course from a known start."""
+
+    @property
+    def knots(self) -> FloatArray:
+        """(K,) times [s] after the beginning, among which the point is at its farthest from the base."""
 
     def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Poses (K, 4, 4) [m] and twists (K, 6) [m/s, rad/s] at times (K,) [s] since the course began."""
@@ -23,6 +29,8 @@ class Course:
     """Base of the motions that lead from pose to pose: Line, Circle, Waypoints, PoseTable."""
 
     duration: float
+    goal: ClassVar[str] = "points"
+    """The argument that says where it leads."""
 
     def plan(self, T_start: FloatArray) -> Plan:
         """The course from a pose (4, 4) [m].
@@ -47,6 +55,11 @@ class Legs:
     poses: FloatArray
     profile: str
     ramp: float
+
+    @property
+    def knots(self) -> FloatArray:
+        """When each pose is reached; in between, the point is on straight lines."""
+        return self.times[1:]
 
     def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Poses and twists at some times."""
@@ -84,6 +97,11 @@ class Arc:
     profile: str
     ramp: float
     follow: bool
+
+    @property
+    def knots(self) -> FloatArray:
+        """Times that are close to each other: the farthest point can be anywhere."""
+        return np.linspace(0.0, self.duration, ARC_POINTS)[1:]
 
     def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Poses and twists at some times."""

@@ -55,8 +55,15 @@ def to_dataset(run: Run) -> xarray.Dataset:
 
 
 def write(run: Run, path: str | os.PathLike[str]) -> None:
-    """Write a run beside its final place, then move it there, so that whoever stops this leaves the old file whole."""
+    """Write a run; a file of that name is replaced whole or not at all."""
     h5netcdf = _h5netcdf("run.save()")
+    with replacing(path) as part, h5netcdf.File(part, "w") as file:
+        _fill(file, run)
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """A file to write beside its final place, moved there at the end: whoever stops this leaves the old file whole."""
     target = Path(path)
     with _interrupts_wait():
         try:
@@ -67,8 +74,7 @@ def write(run: Run, path: str | os.PathLike[str]) -> None:
         os.close(handle)
         part = Path(name)
         try:
-            with h5netcdf.File(part, "w") as file:
-                _fill(file, run)
+            yield part
             _as_new_file(part)
             part.replace(target)
         except BaseException:

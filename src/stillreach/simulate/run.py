@@ -88,33 +88,37 @@ class Run:
         return to_dataset(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the run to a netCDF file (extra ``netcdf``). A file of that name is replaced whole or not at all.
+        """Write the run to a netCDF file (extra ``netcdf``), or to a NumPy archive where the name ends with ``.npz``.
+
+        A file of that name is replaced whole or not at all.
 
         Args:
             path: the file, e.g. ``"run.nc"``; its folder must exist.
 
         Raises:
-            MissingExtraError: xarray, h5netcdf or h5py is not installed.
+            MissingExtraError: h5netcdf or h5py is not installed.
             OSError: the file cannot be written.
         """
-        from stillreach.simulate.netcdf import write
+        from stillreach.simulate import archive, netcdf
 
+        write = archive.write if os.fspath(path).endswith(archive.SUFFIX) else netcdf.write
         write(self, path)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Run:
-        """Read a run from a netCDF file that ``save`` wrote (extra ``netcdf``).
+        """Read a run from a file that ``save`` wrote: netCDF (extra ``netcdf``) or a NumPy archive.
 
         Args:
             path: the file.
 
         Raises:
-            MissingExtraError: xarray, h5netcdf or h5py is not installed.
+            MissingExtraError: h5netcdf or h5py is not installed.
             InputError: the file is not a run.
             FileNotFoundError: there is none.
         """
-        from stillreach.simulate.netcdf import read
+        from stillreach.simulate import archive, netcdf
 
+        read = archive.read if archive.is_archive(path) else netcdf.read
         return cls(**read(path))
 
     def plot(self) -> Figure:

@@ -19,6 +19,7 @@ from stillreach.laws import Law, LeastError
 from stillreach.simulate.fields import FIELDS
 from stillreach.simulate.motion import TICK_TOLERANCE, Motion, checked_motion, ends
 from stillreach.simulate.path import stretches
+from stillreach.simulate.plausible import goals_beyond_reach, start_outside
 from stillreach.task import Task
 
 INTEGRATORS = ("euler", "rk4")
@@ -67,6 +68,8 @@ class Scenario:
         track_limits: largest correction (linear [m/s], angular [rad/s]); None: no bound.
         return_rate: [rad/s, m/s] at which joints outside their position limits are asked back, as for Controller.
         transition_rate: [1/s] how fast the null motion takes over again after a fault, as for Controller; 0: at once.
+        allow_outside: whether the start may be outside the position limits, and courses may lead farther than the arm
+            reaches. The usual cause of both is degrees or millimetres where radians and metres are meant.
         name: what plots and files call it.
         description: what it shows, for readers; `stillreach run` prints its first paragraph.
 
@@ -94,6 +97,7 @@ class Scenario:
     track_limits: tuple[float, float] | None = None
     return_rate: float = 0.0
     transition_rate: float = 2.0
+    allow_outside: bool = False
     name: str = ""
     description: str = ""
 
@@ -111,6 +115,7 @@ class Scenario:
             "integrator": _door.choice("integrator", self.integrator, INTEGRATORS),
             "loop": _door.choice("loop", self.loop, LOOPS),
             "gain": _door.positive("gain", self.gain, or_zero=True),
+            "allow_outside": self._checked_allow(),
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
@@ -118,6 +123,9 @@ class Scenario:
         # what cannot be used is refused here and not in the middle of a program
         self.controller()
         stretches(checked_motion(self.motion), self.part_starts(), self.period, self.task_pose(self.start))
+        if not self.allow_outside:
+            for error in [*start_outside(self), *goals_beyond_reach(self)]:
+                raise error
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scenario:
@@ -185,6 +193,11 @@ class Scenario:
                 raise InputError("faults", f"{_door.describe(fault)} at place {place}", "a list of Fault")
             self.arm.joint_index(fault.joint)
         return faults
+
+    def _checked_allow(self) -> bool:
+        if not isinstance(self.allow_outside, bool):
+            raise InputError("allow_outside", _door.describe(self.allow_outside), "True or False")
+        return self.allow_outside
 
     def _checked_duration(self) -> float:
         if self.duration is not None:

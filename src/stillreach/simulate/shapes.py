@@ -113,6 +113,7 @@ class Line(Course):
     profile: str
     ramp: float
     relative: bool
+    goal = "to"
 
     def __init__(
         self,
@@ -169,6 +170,7 @@ class Circle(Course):
     profile: str
     ramp: float
     relative: bool
+    goal = "centre"
 
     def __init__(
         self,

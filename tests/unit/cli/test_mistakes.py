@@ -1,7 +1,11 @@
 """A user's mistake is one message with advice and exit code 2; a mistake of stillreach has a traceback and code 3."""
 
+import json
+
+import numpy as np
 import pytest
 
+import stillreach as sr
 from stillreach.simulate import summary
 
 MISTAKES = {
@@ -37,6 +41,27 @@ MISTAKES = {
     "a pair without a value": (("inspect", "canadarm2", "--q", "j2=1,5"), "joint=value"),
     "a value that is no number": (("inspect", "canadarm2", "--q", "j2=much"), "deg"),
     "a file that is no robot": (("inspect", "reach.toml"), "reach.toml"),
+    "an index for a joint": (
+        ("run", "reach.toml", "--fail", "4"),
+        "the name of a joint: j1 … j11 (did you mean 'j4'?)",
+    ),
+    "an index for a joint in values": (("inspect", "canadarm2", "--q", "2=0.1"), "did you mean 'j2'?"),
+    "an index that ends no name": (("run", "reach.toml", "--fail", "12@1"), "the name of a joint: j1 … j11\n"),
+    "a tolerance without unit": (("run", "reach.toml", "--within", "5"), "a number with a unit: m, mm, cm, in"),
+    "an angle without unit": (("run", "reach.toml", "--within", "5mm,1"), "a number with a unit: rad, deg"),
+    "degrees taken for radians": (
+        ("inspect", "canadarm2", "--q", "j2=-45"),
+        (
+            "--q: got j2 at -45 rad (-2578 deg), expected a value within its position limits, -4.712 … 4.712 rad "
+            "(-270 … 270 deg); a bare number is in rad or m, as in files without [units]: -45deg, 50mm; --outside "
+        ),
+    ),
+    "several joints outside": (("inspect", "canadarm2", "--q", "5,6,7,8,0,0,0"), "j1 at 5 rad (286.5 deg) and j2 at "),
+    "no such rows": (("inspect", "canadarm2", "--rows", "positions"), "pose, position, orientation"),
+    "a row twice": (("inspect", "canadarm2", "--rows", "vx,vx"), "vx,vy,wz"),
+    "no such frame": (("inspect", "canadarm2", "--frame", "world"), "base or tool"),
+    "a least speed of 0": (("inspect", "canadarm2", "--lost-below", "0"), "above 0"),
+    "a least speed without unit": (("inspect", "canadarm2", "--lost-below", "1"), "mm"),
     "a folder that cannot be made": (("run", "reach.toml", "--out", "reach.toml/out"), "reach.toml"),
     "a paper's step": (("paper", "--step", "-1", "--out", "p"), "step"),
 }
@@ -81,6 +106,43 @@ def test_a_robot_file_with_several_ends_names_the_option(stillreach, tmp_path):
     unknown = stillreach("inspect", "two.urdf", "--tip", "cc")
     assert "did you mean 'c'?" in unknown.err
     assert "try" not in unknown.err
+
+
+def test_the_tip_that_is_suggested_carries_the_tool_and_no_camera(stillreach, tmp_path):
+    """The ends of Baxter's tree begin with a plate on its torso."""
+    joint = '<joint name="{0}" type="{1}"><parent link="{2}"/><child link="{0}_end"/><limit velocity="1"/></joint>'
+    chains = [("plate", "fixed", "base"), ("pan", "revolute", "base"), ("camera", "fixed", "pan_end")]
+    chains += [(f"s{k}", "revolute", f"s{k - 1}_end" if k else "base") for k in range(3)]
+    chains += [("left_gripper", "fixed", "s2_end"), ("left_gripper_finger", "revolute", "s2_end")]
+    links = "".join(f'<link name="{name}"/>' for name in ("base", *(f"{entry[0]}_end" for entry in chains)))
+    joints = "".join(joint.format(*entry) for entry in chains)
+    (tmp_path / "tree.urdf").write_text(f'<robot name="r">{links}{joints}</robot>')
+    assert "try --tip left_gripper_end\n" in stillreach("inspect", "tree.urdf").err
+    (tmp_path / "tree.urdf").write_text(f'<robot name="r">{links}{joints}</robot>'.replace("gripper", "thing"))
+    assert "try --tip left_thing_finger_end\n" in stillreach("inspect", "tree.urdf").err
+
+
+def test_a_joint_may_be_called_by_a_number(stillreach, tmp_path):
+    (tmp_path / "arm.urdf").write_text(sr.arms.planar(3).to_urdf().replace('"j3"', '"1"'))
+    found = json.loads(stillreach("inspect", "arm.urdf", "--q", "1=30deg", "--json").out)
+    assert found["at"]["q"] == pytest.approx([0.0, 0.0, np.deg2rad(30.0)])
+
+
+def test_values_outside_the_limits_are_taken_where_that_is_meant(stillreach):
+    asked = ("inspect", "canadarm2", "--q", "j2=-300deg", "--json")
+    assert stillreach(*asked).code == 2
+    assert json.loads(stillreach(*asked, "--outside").out)["at"]["q"][1] == pytest.approx(np.deg2rad(-300.0))
+
+
+def test_a_start_in_degrees_without_units_is_told_with_its_line(stillreach, tmp_path):
+    text = (tmp_path / "reach.toml").read_text()
+    (tmp_path / "degrees.toml").write_text(
+        text.replace('angle = "degree"', 'angle = "rad"') + "position_limits = [-3, 3]\n"
+    )
+    done = stillreach("run", "degrees.toml")
+    assert done.code == 2
+    assert "line 3, start[1]: got j2 at -50 rad (-2865 deg), expected a value within its position limits" in done.err
+    assert "[units]" in done.err
 
 
 def test_a_folder_is_called_a_folder(stillreach, tmp_path):

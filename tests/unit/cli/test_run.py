@@ -8,6 +8,7 @@ import pytest
 from matplotlib import image
 
 import stillreach as sr
+from stillreach.simulate.fields import FIELDS
 
 
 def test_a_run_that_arrives_writes_its_record_picture_and_summary(stillreach, tmp_path):
@@ -98,7 +99,7 @@ def test_options_change_law_and_faults(stillreach):
     found = json.loads(
         stillreach(
             *("run", "reach.toml", "--json", "--no-plot", "--healthy", "--law", "singularity-robust:norm=2"),
-            *("--fail", "j2@0.5:derated=0.3", "--fail", "10:runaway=2deg", "--fail", "j6"),
+            *("--fail", "j2@0.5:derated=0.3", "--fail", "j11:runaway=2deg", "--fail", "j6"),
         ).out
     )
     assert found["law"].startswith("SingularityRobust(")
@@ -140,6 +141,41 @@ def test_without_extras_the_run_is_kept_and_the_user_told(stillreach, tmp_path, 
     with np.load(folder / "run.npz") as arrays:
         np.testing.assert_array_equal(arrays["rates"], same.rates)
         assert tuple(arrays["joint"]) == same.joint_names
+    record = sr.Run.load(folder / "run.npz")
+    assert record.attrs == same.attrs
+    for name in (field.name for field in FIELDS):
+        np.testing.assert_array_equal(getattr(record, name), getattr(same, name))
+
+
+def test_files_of_an_earlier_run_do_not_stay_beside_those_of_this_one(stillreach, tmp_path, monkeypatch):
+    folder = tmp_path / "out" / "reach"
+    stillreach("run", "reach.toml")
+    (folder / "notes.txt").write_text("mine")
+    stillreach("run", "reach.toml", "--no-plot", "--law", "keep-direction")
+    assert {path.name for path in folder.iterdir()} == {"notes.txt", "run.nc", "summary.json"}
+    with monkeypatch.context() as without:
+        without.setitem(sys.modules, "h5netcdf", None)
+        stillreach("run", "reach.toml", "--no-plot")
+        assert {path.name for path in folder.iterdir()} == {"notes.txt", "run.npz", "summary.json"}
+    stillreach("run", "reach.toml", "--no-plot")
+    assert {path.name for path in folder.iterdir()} == {"notes.txt", "run.nc", "summary.json"}
+
+
+def test_a_picture_that_fails_leaves_no_older_one(stillreach, tmp_path, monkeypatch):
+    stillreach("run", "reach.toml")
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert stillreach("run", "reach.toml", "--plot").code == 2
+    assert not (tmp_path / "out" / "reach" / "run.png").exists()
+
+
+def test_records_of_laws_of_an_earlier_comparison_do_not_stay(stillreach, tmp_path):
+    folder = tmp_path / "out" / "reach"
+    stillreach("compare", "reach.toml", "--laws", "least-error,pseudoinverse,singularity-robust:norm=2")
+    (folder / "mine.nc").write_text("mine")
+    stillreach("compare", "reach.toml", "--laws", "least-error", "--no-plot")
+    assert {path.name for path in folder.iterdir()} == {"compare.json", "least-error.nc", "mine.nc"}
+    (folder / "compare.json").write_text("[]")
+    assert stillreach("compare", "reach.toml", "--laws", "least-error", "--no-plot").code == 0
 
 
 def test_a_picture_that_was_asked_for_and_cannot_be_drawn_is_an_error(stillreach, monkeypatch):

@@ -175,3 +175,61 @@ def test_what_a_solution_holds_cannot_be_changed_by_mistake():
         assert not getattr(out, name).flags.writeable, name
     with pytest.raises(AttributeError):
         out.damping = 1.0
+
+
+def elbow_arm(right_angle):
+    """Spherical shoulder, elbow, spherical wrist, with right angles as a robot file writes them."""
+    signs = [-1, 1, -1, 1, 1, -1, 0]
+    return sr.Arm.from_dh([sr.DHRow(alpha=s * right_angle, d=0.4 * (k in (2, 4))) for k, s in enumerate(signs)])
+
+
+@pytest.mark.parametrize("right_angle", [np.pi / 2, 1.5708, 1.571])
+@pytest.mark.parametrize("length", [1.0, 0.001])
+def test_a_direction_that_only_rounding_serves_is_lost(right_angle, length):
+    """Without its elbow the arm cannot move its wrist towards its shoulder: along the wrist's place."""
+    arm, q = elbow_arm(right_angle), np.array([0.3, -0.9, 0.5, 1.4, -0.7, 1.1, 0.2])
+    ctl = sr.Controller(arm, task=sr.Task(weights=sr.Weights(length=length, angle=length)))
+    assert ctl.step(q, np.zeros(6)).lost_directions().shape == (6, 0)
+    ctl.fail("j4")
+    lost = ctl.step(q, np.zeros(6)).lost_directions()
+    wrist = elbow_arm(np.pi / 2).forward(q)[:3, 3]
+    assert lost.shape == (6, 1)
+    assert abs(lost[:3, 0] @ wrist) == pytest.approx(np.linalg.norm(wrist), rel=1e-4)
+
+
+def test_full_rates_and_least_speeds_are_arguments():
+    slides = [sr.Joint(name=name, kind="prismatic", axis=axis) for name, axis in (("x", [1, 0, 0]), ("y", [0, 1, 0]))]
+    ctl = sr.Controller(sr.Arm(slides), task=sr.Task(rows=[True, True, False, False, False, False]))
+    out = ctl.step(np.zeros(2), np.zeros(6))
+    assert out.lost_directions().shape == (2, 0)
+    assert out.lost_directions(rates=[0.5, np.inf]).shape == (2, 0)
+    same_span(out.lost_directions(rates=[0.9e-3, 1.0]), np.array([[1.0], [0.0]]))
+    same_span(out.lost_directions(rates=[0.5, 0.2], least=0.3), np.array([[0.0], [1.0]]))
+    same_span(out.lost_directions(rates=[0.5, 0.2], least=[0.6, 0.1]), np.array([[1.0], [0.0]]))
+    same_span(out.lost_directions(rates=0.0), np.eye(2))
+
+
+WEIGHTS = [None, sr.Weights(length=1e-3), sr.Weights(task=np.full(6, 1e-8)), sr.Weights(task=[1e8, 1, 1, 1, 1, 1])]
+
+
+@pytest.mark.parametrize("weights", WEIGHTS)
+@pytest.mark.parametrize(("bend", "lost"), [(0.5e-3, 1), (0.0, 1), (5e-3, 0)])
+def test_weights_make_no_direction_more_or_less_lost(weights, bend, lost):
+    """Two links of 1 m, nearly stretched out along x: full rates give about the bend in m/s along x."""
+    out = sr.Controller(sr.arms.planar(2), task=sr.Task(rows="position", weights=weights)).step([0.0, bend], TWIST)
+    told = out.lost_directions()
+    assert told.shape == (3, 1 + lost)  # z as well
+    np.testing.assert_allclose(told.T @ told, np.eye(1 + lost), atol=1e-12)
+    np.testing.assert_allclose(out.row_weights @ out.twist, np.diag(out.row_weights) * TWIST[:3], rtol=1e-12)
+    components = out.row_weights.T @ told  # of a twist, that no rates make: x and z, and nothing of y
+    assert np.max(np.abs(components[1])) < 0.01 * np.max(np.abs(components))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [({"rates": -1.0}, "rates"), ({"rates": [1.0]}, "rates"), ({"least": 0.0}, "least"), ({"least": [1, 2]}, "least")],
+)
+def test_rates_and_speeds_that_are_none_are_refused(arguments, name):
+    out = sr.Controller(paper()).step(Q_PAPER, TWIST)
+    with pytest.raises(sr.InputError, match=name):
+        out.lost_directions(**arguments)

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import ceil
 from typing import Any
 
 import numpy as np
 
+from stillreach._door import FloatArray
 from stillreach.arm import Arm
+from stillreach.arm.outside import outside
 from stillreach.errors import InputError, ScenarioFileError
 from stillreach.faults import Derated, Fault, FaultKind, Locked, Runaway
 from stillreach.simulate.course import Course
 from stillreach.simulate.motion import TICK_TOLERANCE, Twist
+from stillreach.simulate.plausible import ADVICE, goals_beyond_reach
 from stillreach.simulate.scenario import Scenario
 from stillreach.simulate.scenario_file.document import Document
 from stillreach.simulate.scenario_file.mistakes import form_of
@@ -42,9 +46,16 @@ def scenario_of(document: Document) -> Scenario:
         settings |= _of_joints(reading, arm)
     if arm is not None and not reading.mistakes:
         try:
-            return Scenario(arm=arm, **settings)
+            scenario = Scenario(arm=arm, allow_outside=True, **settings)
         except InputError as error:
             reading.refused((), error)
+        else:
+            if reading.value("allow_outside"):
+                return scenario
+            for mistake in goals_beyond_reach(scenario):
+                reading.refused((), mistake)
+            if not reading.mistakes:
+                return replace(scenario, allow_outside=False)
     mistakes = sorted(reading.mistakes, key=lambda mistake: (mistake.line or 0, mistake.place))
     raise ScenarioFileError(document.name, mistakes)
 
@@ -58,6 +69,8 @@ def _of_joints(reading: Reading, arm: Arm) -> dict[str, Any]:
         "null_motion": null_motion_of(reading, arm),
         **limits_of(reading, arm),
     }
+    if settings["start"] is not None and not reading.value("allow_outside") and reading.good("position_limits"):
+        _check_start(reading, arm, settings["start"], settings.get("position_limits", arm.position_limits))
     check_joint_weights(reading, arm)
     if reading.has("return_rate"):
         settings["return_rate"] = reading.value("return_rate") * reading.units.largest_rate(arm.kinds)
@@ -65,6 +78,13 @@ def _of_joints(reading: Reading, arm: Arm) -> dict[str, Any]:
         linear, angular = reading.value("track_limits")
         settings["track_limits"] = (linear * reading.units.length, angular * reading.units.angle)
     return settings
+
+
+def _check_start(reading: Reading, arm: Arm, start: FloatArray, limits: FloatArray) -> None:
+    """A start outside the position limits is likely in other units than the file's."""
+    by_name = isinstance(reading.value("start"), dict)
+    for i, got, expected in outside(arm, start, limits):
+        reading.wrong(("start", arm.joint_names[i] if by_name else i), got, f"{expected}; {ADVICE}")
 
 
 def _faults(reading: Reading, arm: Arm) -> list[Fault]:

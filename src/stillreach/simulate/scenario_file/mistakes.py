@@ -9,14 +9,14 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from stillreach.errors import Mistake
+from stillreach.errors import Mistake, nearest
 from stillreach.simulate.scenario_file.document import Document, Place
 from stillreach.simulate.scenario_file.fault_forms import FaultTable
 from stillreach.simulate.scenario_file.forms import Table
 from stillreach.simulate.scenario_file.law_forms import LawTable, NullMotionTable
 from stillreach.simulate.scenario_file.robot_forms import ROBOTS
 from stillreach.simulate.scenario_file.schema import CHOICES, ScenarioTable
-from stillreach.simulate.scenario_file.words import did_you_mean, listed, nearest, shown, written
+from stillreach.simulate.scenario_file.words import did_you_mean, listed, shown, written
 
 MOST = 100
 """Mistakes in the form of one file that are put into words; of more, only the number is."""

@@ -59,6 +59,9 @@ class ScenarioTable(Table):
     position_limits: Intervals | None = Field(None, description="Lower and upper, in place of the arm's own.")
     acceleration_limits: Limits | None = Field(None, description="In place of the arm's own [angle/s², length/s²].")
     return_rate: NotNegative = Field(0.0, description="At which joints outside their limits are asked back [angle/s].")
+    allow_outside: bool = Field(
+        False, description="Take a start outside the position limits, and goals beyond the arm's reach."
+    )
     transition_rate: NotNegative = Field(2.0, description="How fast the null motion takes over after a fault [1/s].")
 
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 from typing import Any
+
+from stillreach.errors import nearest
 
 SHOWN = 60
 """Letters of a value in a message."""
 FEW = 6
 """Entries of a list that are shown one by one."""
-COMPARED = 300
-"""Choices that are searched for one that is nearly right."""
 
 
 def written(place: tuple[str | int, ...]) -> str:
@@ -53,15 +52,3 @@ def did_you_mean(value: Any, choices: Iterable[str]) -> str:
     """A hint where one of the choices is nearly what came, else nothing."""
     near = nearest(value, choices)
     return f"did you mean {near!r}?" if near else ""
-
-
-def nearest(value: Any, choices: Iterable[str]) -> str | None:
-    """The choice that is nearly what came, if there is one."""
-    if not isinstance(value, str) or len(value) > SHOWN:
-        return None
-    names = {choice.lower(): choice for choice in list(choices)[:COMPARED] if len(choice) <= SHOWN}
-    for text in (value.lower(), value.lower().replace("_", "-").replace(" ", "-")):
-        near = get_close_matches(text, names, n=1)
-        if near:
-            return names[near[0]]
-    return None
