@@ -229,7 +229,7 @@ inline void keep_ceiling(Rows<M> m, const LawSettings& law, const double* rhs, d
   const auto search = [&](double most) {
     d.most[g] = most;
     afford(m, d, d.u);
-    search_price(m, rhs, b, w, d);
+    search_price(m, rhs, true, b, w, d);
     return excess();
   };
   double low = d.most[g], high = low * (law.beyond / law.price[g]), above = excess();
@@ -272,7 +272,7 @@ inline void least_error(Rows<M> m, const LawSettings& law, const Problem& p, Wor
     bare_optimum(m, s, rhs, w, b, in, out);
   } else {
     start_price(m, s, out.multiplier, d);
-    search_price(m, rhs, b, w, d);
+    search_price(m, rhs, out.multiplier && out.multiplier->known, b, w, d);
     if (law.capped >= 0) keep_ceiling(m, law, rhs, ceiling_of(law, s, d), b, w, d);
     out.damping = damping_that_counts(m, rhs, b, d) * s.unit_a * s.unit_a;
     keep_multiplier(m, s, d, d.u, out.multiplier);

@@ -246,10 +246,11 @@ inline void polish(Rows<M> m, const double* rhs, const Factor& f, int free, Box&
   }
 }
 
-// From the multiplier in d.u, which is in its balls, with d.kappa nearby, to the answer in b.z. b.capped: too many pieces.
+// From the multiplier in d.u, which is in its balls, with d.kappa nearby, to the answer in b.z. known: it may be on the last piece
+// already. b.capped: too many pieces.
 template <int M>
-inline void search_price(Rows<M> m, const double* rhs, Box& b, Workspace& w, Priced& d) {
-  bool careful = false, known = false, settled = false;
+inline void search_price(Rows<M> m, const double* rhs, bool known, Box& b, Workspace& w, Priced& d) {
+  bool careful = false, settled = false;
   for (int i = 0; i < b.k; ++i) b.state[i] = 0;
   b.capped = false;
   const double rhs_size = size_of(m, rhs), longest = longest_column(m, b);

@@ -22,7 +22,7 @@ struct GramPiece {
     for (int r = 0; r < m(); ++r) diagonal[r] = f.gram[r][r], trace += diagonal[r];
   }
   // False where it is singular, or nearly; it has a little more damping then.
-  STILLREACH_INLINE bool refactor(const Priced& d, const double*) {
+  STILLREACH_INLINE bool refactor(const Priced& d) {
     for (int r = 0; r < m(); ++r) f.gram[r][r] = diagonal[r] + d.kappa[d.part[r]];
     condition = factor(m, f);
     if (condition < 1e12) return true;
@@ -53,7 +53,7 @@ struct CarefulPiece {
   int order[kRows];
   static constexpr bool careful = true;
 
-  CarefulPiece(Rows<M> rows, const Spectrum& s) : m(rows) {
+  inline CarefulPiece(Rows<M> rows, const Spectrum& s) : m(rows) {
     int count = 0;
     for (; count < s.rank; ++count) {
       lambda[count] = s.sigma[count] * s.sigma[count];
@@ -70,7 +70,7 @@ struct CarefulPiece {
     }
   }
 
-  inline bool refactor(const Priced& d, const double*) {
+  inline bool refactor(const Priced& d) {
     double matrix[kRows][kRows];
     for (int i = 0; i < m(); ++i)
       for (int j = 0; j <= i; ++j) {
@@ -217,7 +217,7 @@ inline void newton_step(Rows<M> m, const Piece& piece, const Priced& d, const bo
 template <int M, class Piece>
 inline bool damped_multiplier(Rows<M> m, Piece& piece, Priced& d, const double* c, double* next, double* size, bool* active) {
   double g[kRows];
-  const bool regular = piece.refactor(d, c);
+  const bool regular = piece.refactor(d);
   for (int r = 0; r < m(); ++r) g[r] = Piece::careful ? c[r] : madd(-d.kappa[d.part[r]], d.u[r], d.residual[r]);
   piece.apply_inverse(g, next);
   for (int r = 0; r < m() && !Piece::careful; ++r) next[r] += d.u[r];
