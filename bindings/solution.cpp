@@ -29,12 +29,18 @@ static nb::object active_out(const Solution& s) {
   return numpy.attr("frombuffer")(nb::bytes(reinterpret_cast<const char*>(s.reasons()), s.n), nb::arg("dtype") = numpy.attr("int8"));
 }
 
+// What turns a twist in the task's rows into weighted units, (m, m).
+static nb::object row_weights_out(const Solution& s) {
+  const std::vector<double>& rows = s.metric->rows;
+  if (!rows.empty()) return copy_out(rows.data(), nb::make_tuple(s.m, s.m), rows.size());
+  return nb::module_::import_("numpy").attr("eye")(s.m);
+}
+
 // The Jacobian in weighted units, R J C (m, n); with a full joint weight C holds the joint units alone.
 static nb::object weighted_out(const Solution& s) {
-  nb::object numpy = nb::module_::import_("numpy");
   nb::object J = jacobian_out(s);
   const MetricData& metric = *s.metric;
-  if (!metric.rows.empty()) J = copy_out(metric.rows.data(), nb::make_tuple(s.m, s.m), metric.rows.size()).attr("__matmul__")(J);
+  if (!metric.rows.empty()) J = row_weights_out(s).attr("__matmul__")(J);
   if (!metric.columns.empty()) J = J * copy_out(metric.columns.data(), nb::make_tuple(s.n), metric.columns.size());
   return J;
 }
@@ -70,6 +76,8 @@ void bind_solution(nb::module_& m) {
       .def_prop_ro("jacobian", &jacobian_out, STILLREACH_ARRAY("jacobian"), "(m, n) the Jacobian that was used.")
       .def_prop_ro("weighted_jacobian", &weighted_out, STILLREACH_ARRAY("weighted_jacobian"),
                    "(m, n) the same in the units and weights of the law.")
+      .def_prop_ro("row_weights", &row_weights_out, STILLREACH_ARRAY("row_weights"),
+                   "(m, m) what turns a twist in the task's rows into weighted units.")
       .def("singular_values", call("singular_values"), nb::sig("def singular_values(self) -> numpy.typing.NDArray[numpy.float64]"),
            "(min(m, working joints),) of the working joints' weighted Jacobian, falling.")
       .def("lost_directions", call("lost_directions"), nb::sig("def lost_directions(self) -> numpy.typing.NDArray[numpy.float64]"),

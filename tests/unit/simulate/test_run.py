@@ -33,11 +33,12 @@ def test_the_arrays_are_those_of_the_design():
         "q": (31, 8),
         "rates": (31, 8),
         "pose": (31, 4, 4),
+        "target": (31, 4, 4),
         "command": (31, 6),
         "residual": (31, 6),
     }
     shapes |= {"task_error": (31,), "damping": (31,), "scale": (31,), "status": (31,)}
-    shapes |= {"lower": (31, 8), "upper": (31, 8), "health": (31, 8)}
+    shapes |= {"lower": (31, 8), "upper": (31, 8), "health": (31, 8), "active": (31, 8)}
     assert {name: getattr(run, name).shape for name in shapes} == shapes
     assert set(NAMES) == set(shapes)
     assert set(run.joint_units) == {"rad", "m"}
@@ -68,6 +69,9 @@ def test_the_file_says_what_its_numbers_are(tmp_path):
         assert set(data["rates"].attrs["units"].split(", ")) == {"m/s", "rad/s"}
         assert data["component"].values.tolist() == ["vx", "vy", "vz", "wx", "wy", "wz"]
         assert data["health"].attrs["flag_meanings"] == "healthy locked derated runaway"
+        active = data["active"].attrs
+        meaning = dict(zip(active["flag_values"].tolist(), active["flag_meanings"].split(), strict=True))
+        assert (meaning[0], meaning[3], meaning[-2]) == ("free", "position_upper", "rate_lower")
         masks = dict(
             zip(data["status"].attrs["flag_meanings"].split(), data["status"].attrs["flag_masks"], strict=True)
         )
