@@ -27,6 +27,7 @@ LINES = ("#1b4f8a", "#c8501e", "#2f7d4f", "#8a3f8f", "#b58900", "#3b3b3b", "#4fa
 FAILING = (0, (4, 1.6))
 NAMED = len(LINES)
 """So many joints have lines and names of their own; the others are grey."""
+WHY_LETTERS = 190
 RATE_TOP = 300.0
 """Rates are drawn up to here [% of limit]."""
 LEAST_MM, LEAST_DEG = 1.0, 0.1
@@ -58,7 +59,7 @@ def outcome(scenario: Scenario, run: Run, found: Summary) -> Figure:
             height_ratios=(1.0, 1.0, 1.0, min(0.35 + 0.085 * rows, 1.9)),
             left=0.475,
             right=0.885 - 0.0058 * max(len(in_picture(name)) for name in run.joint_names),
-            top=0.885 - 0.018 * label_rows(changes, run.time[-1]),
+            top=(0.885 if found.why is None else 0.865) - 0.018 * label_rows(changes, run.time[-1]),
             bottom=0.065,
             hspace=0.26,
         )
@@ -85,6 +86,8 @@ def outcome(scenario: Scenario, run: Run, found: Summary) -> Figure:
             va="center",
         )
         figure.text(0.02, 0.93, caption(scenario, found), fontsize=9.5, va="center")
+        if found.why is not None:
+            figure.text(0.02, 0.905, in_picture(found.why.sentence, WHY_LETTERS), fontsize=9.5, va="center")
     return figure
 
 

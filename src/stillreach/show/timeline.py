@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stillreach.show.style import HEALTH_COLOURS
 from stillreach.show.words import in_picture
 from stillreach.simulate import Run
 from stillreach.simulate.held import bound_reasons
@@ -16,9 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 STATES = {
-    "locked": "#b3261e",
-    "derated": "#e8a33d",
-    "runaway": "#8a3f8f",
+    **{health.name.lower(): colour for health, colour in HEALTH_COLOURS.items()},
     "at rate limit": "#1b4f8a",
     "at position limit": "#5f8fc4",
     "at acceleration limit": "#b9cfe6",
