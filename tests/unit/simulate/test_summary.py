@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import linprog
 
 import stillreach as sr
 from stillreach.simulate.commanded import commanded, deviation
@@ -200,3 +201,47 @@ def test_a_run_of_one_tick_has_a_summary():
     scenario = sr.Scenario(arm=rail(), start=[0.0], motion=sr.Twist([1.0, 0, 0, 0, 0, 0]), duration=0.001, task=SLIDE)
     assert len(sr.simulate(scenario)) == 1
     assert (found(scenario).beside, found(scenario).way) == (0.0, 0.0)
+
+
+def test_a_fault_that_never_bites_is_not_what_limited_a_joint():
+    """A derated joint that its position limit stops: the reason was guessed from the fault."""
+    arm = rail(velocity_limit=1.0, position_limits=(-1.0, 0.25))
+    scenario = along(0.4, arm=arm, faults=[sr.Fault("j1", kind=sr.Derated(0.5))])
+    assert found(scenario).held.keys() == {"j1"}
+    assert found(scenario).held["j1"].keys() == {"position"}
+
+
+def test_a_joint_without_any_rate_is_limited_by_its_rate_limit():
+    told = found(along(0.4, arm=rail(velocity_limit=0.0)))
+    assert told.held == {"j1": {"rate": pytest.approx(1.01)}}
+    assert set(told.statuses) >= {"SATURATED"}
+    assert not {"OK", "NO_WORKING_JOINT"} & set(told.statuses)
+
+
+def test_lost_directions_are_judged_by_gain():
+    """Two links whose elbow is bent by a rounding error: the rank is whole, and nothing moves along the arm."""
+    for bend, rate, lost in ((4e-6, 1.0, True), (4e-6, 1e4, False), (0.01, 1.0, False), (0.01, 0.01, True)):
+        scenario = sr.Scenario(
+            arm=sr.arms.planar(2).with_limits(velocity=rate),
+            start=[0.0, bend],
+            motion=sr.Twist(np.zeros(6), duration=0.1),
+            task=sr.Task(rows=(True, True, False, False, False, False)),
+        )
+        run = sr.simulate(scenario)
+        told = summary(scenario, run)
+        assert len(told.singular_values) == 2
+        assert np.min(told.singular_values) > 0.0
+        assert len(told.lost) == lost
+        J = scenario.arm.jacobian(run.q[-1])[:2]
+        for direction in told.lost:
+            most = linprog(-(direction @ J), bounds=[(-rate, rate)] * 2)
+            assert -most.fun < 1e-3
+            assert abs(direction[0]) == pytest.approx(1.0, abs=1e-2)
+
+
+def test_acceleration_limits_of_one_tick_lose_no_direction():
+    arm = sr.arms.planar(2).with_limits(velocity=1.0, acceleration=0.01)
+    task = sr.Task(rows=(True, True, False, False, False, False))
+    motion = sr.Twist(np.zeros(6), duration=0.01)
+    scenario = sr.Scenario(arm=arm, start=[0.3, 0.9], motion=motion, task=task, period=0.001)
+    assert len(found(scenario).lost) == 0
