@@ -179,7 +179,7 @@ def _statuses(found: Summary) -> str:
 def _held(found: Summary) -> str:
     longest = found.longest
     if longest is None:
-        return "no limit"
+        return "no joint limit"
     joint, bound, time = longest
     others = len(found.held) - 1
     more = f"; {others} other joint{'s' if others > 1 else ''} for less" if others else ""
