@@ -136,7 +136,7 @@ def _print(scenario: Scenario, results: dict[str, Result]) -> None:
     for name, (_, _, found) in results.items():
         if found.why is not None:
             out.print(f"{name}: {found.why.sentence}")
-        elif is_late(found):
+        if is_late(found):
             late, beside = shown_length(found.distance.value), shown_length(found.beside)
             out.print(f"{name} falls behind, by up to {late}, and is at most {beside} off its path")
 

@@ -1,6 +1,7 @@
 """`stillreach run` and `compare`: files, numbers, exit codes."""
 
 import json
+import re
 import sys
 
 import numpy as np
@@ -217,3 +218,16 @@ def test_a_scenario_without_a_name_is_called_after_its_file_and_an_arm_at_rest_h
     assert done.out.startswith("rest\nnasa_modular, LeastError, ")
     assert "0 % of its limit" in done.out
     assert stillreach("compare", "rest.toml", "--no-plot").out.startswith("rest\nnasa_modular, ")
+
+
+def test_a_run_that_does_not_arrive_says_why_and_never_that_nothing_is_in_the_way(stillreach):
+    done = stillreach("run", "too-far.toml", "--no-plot")
+    found = json.loads(stillreach("run", "too-far.toml", "--no-plot", "--json").out)
+    said = " ".join(done.out.split())
+    assert f"why {found['why']['sentence']}" in said
+    assert re.match(r"from .* s (on|to) .*the arm", found["why"]["sentence"])
+    assert "nothing" not in said
+    for part in found["gave_way"]:
+        assert f"{part} by " in said
+    both = stillreach("compare", "too-far.toml", "--no-plot", "--laws", "least-error").out
+    assert f"least-error: {found['why']['sentence']}" in " ".join(both.split())
