@@ -100,7 +100,7 @@ static Solution take_solution(Controller& c, nb::handle out, double* to) {
   std::memcpy(s.twist(), c.state.twist, sizeof(double) * m);
   std::memcpy(s.residual(), c.residual.data(), sizeof(double) * m);
   std::int8_t* const reasons = s.reasons();
-  for (int i = 0; i < n; ++i) reasons[i] = active_reason(c.active[i], c.state.lower_reason[i], c.state.upper_reason[i]);
+  for (int i = 0; i < n; ++i) reasons[i] = stillreach::active_reason(c.active[i], c.state.lower_reason[i], c.state.upper_reason[i]);
   s.status = c.answer.status, s.iterations = c.answer.iterations, s.damping = c.answer.damping, s.scale = c.answer.scale;
   s.task_error = c.answer.task_error;
   s.set_multiplier(c.state.multiplier);

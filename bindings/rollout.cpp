@@ -36,9 +36,10 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
   to.command = numbers("command", {steps, 6}), to.residual = numbers("residual", {steps, 6});
   to.task_error = numbers("task_error", {steps}), to.damping = numbers("damping", {steps}), to.scale = numbers("scale", {steps});
   to.lower = numbers("lower", {steps, n}), to.upper = numbers("upper", {steps, n});
-  View status, health;
+  View status, health, active;
   to.status = open_integers<std::int32_t>(status, "status", record["status"], steps, "int32");
   to.health = open_integers<std::int8_t>(health, "health", record["health"], steps * n, "int8");
+  to.active = open_integers<std::int8_t>(active, "active", record["active"], steps * n, "int8");
 
   std::vector<double> scratch(4 * n);
   std::vector<std::int8_t> scratch_active(n);
@@ -51,7 +52,7 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
     c.update_gradient(at.data(), true);
     stillreach::Record row = to;
     row.q += t * n, row.rates += t * n, row.pose += 16 * t, row.command += 6 * t, row.residual += 6 * t, row.task_error += t;
-    row.damping += t, row.scale += t, row.lower += t * n, row.upper += t * n, row.status += t, row.health += t * n;
+    row.damping += t, row.scale += t, row.lower += t * n, row.upper += t * n, row.status += t, row.health += t * n, row.active += t * n;
     run(t, 1, row);
   }
 }

@@ -32,8 +32,3 @@ struct Solution {
 
 // The Status member for a value; made once each.
 nb::object status_object(std::int32_t value);
-
-// Why joint i is at its bound, signed: from the answer's active code and the reasons of its two bounds.
-inline std::int8_t active_reason(std::int8_t active, std::int8_t lower_reason, std::int8_t upper_reason) {
-  return active == 0 ? 0 : active < 0 ? static_cast<std::int8_t>(-lower_reason) : upper_reason;
-}

@@ -39,7 +39,7 @@ static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::ha
   s.status = out.status, s.iterations = out.iterations, s.damping = out.damping, s.scale = out.scale, s.task_error = out.task_error;
   s.set_multiplier(multiplier);
   for (int i = 0; i < n; ++i)
-    reasons[i] = reasons[i] == 2 ? std::int8_t{stillreach::FAULT} : active_reason(reasons[i], stillreach::RATE, stillreach::RATE);
+    reasons[i] = stillreach::bound_reason(reasons[i]);
   return s;
 }
 

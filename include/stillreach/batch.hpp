@@ -42,7 +42,7 @@ struct Batch {
   double* task_error;
   double* pose;             // rows of 4 x 4, row-major
   double* jacobian;         // rows of m x n, row-major
-  std::int8_t* active;      // rows of n
+  std::int8_t* active;      // rows of n, Reason, negative at the lower bound
   std::int32_t* iterations;
 };
 
@@ -94,10 +94,14 @@ inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* int
 // Whether there is a rate within these bounds.
 STILLREACH_INLINE bool leaves_room(double low, double high) { return low <= high && low < infinity() && high > -infinity(); }
 
-// One row's bounds with position limits and acceleration window, as a controller's tick makes them. Returns what that does to
-// the row's status: (status & kept) | added. to: 2 n numbers.
+// One row's bounds with position limits and acceleration window, as a controller's tick makes them. to: 2 n numbers. bytes:
+// 3 n, the last 2 n of which receive the reasons of lower and upper bounds.
 struct LimitedStatus {
-  std::int32_t added, kept;
+  std::int32_t bounds;
+  bool runaway;
+  std::int32_t with(std::int32_t law) const {  // a window that leaves one rate is no fault
+    return with_bounds_status(runaway ? law : law & ~FAULT_NOT_COMPENSATED, bounds);
+  }
 };
 inline LimitedStatus limited_bounds(const Batch& b, std::ptrdiff_t row, double* to, std::int8_t* bytes) {
   const int n = b.arm.n;
@@ -108,15 +112,15 @@ inline LimitedStatus limited_bounds(const Batch& b, std::ptrdiff_t row, double* 
   c.acceleration = const_cast<double*>(b.acceleration), c.last = const_cast<double*>(b.last + row * n);
   c.rate_lower = const_cast<double*>(low), c.rate_upper = const_cast<double*>(high), c.fault_value = const_cast<double*>(low);
   c.health = bytes, c.lower_reason = bytes + n, c.upper_reason = bytes + 2 * n;
-  bool kept = true, runaway = false;
+  std::int32_t status = OK;
+  bool runaway = false;
   for (int i = 0; i < n; ++i) {
     c.health[i] = low[i] < high[i] ? HEALTHY : RUNAWAY;
     runaway |= !(low[i] < high[i]) && low[i] != 0.0;
-    kept &= joint_bounds(c, i, b.q[row * n + i]);
+    status |= limit_joint(c, i, b.q[row * n + i]);
     if (!leaves_room(low[i], high[i])) c.lower[i] = infinity();  // limits may not make an answer of what is no question
   }
-  // A window that leaves one rate is no fault.
-  return {kept ? OK : LIMIT_GIVEN_UP, runaway ? ~OK : ~FAULT_NOT_COMPENSATED};
+  return {status, runaway};
 }
 
 // Rows that are no question: a number that is none, or bounds that leave no rate.
@@ -160,7 +164,7 @@ inline void write_invalid(const Batch& b, std::ptrdiff_t row, double* rates, std
   double residual[kRows] = {0, 0, 0, 0, 0, 0};
   for (int i = 0; i < n; ++i) {
     const bool room = leaves_room(low[i], high[i]);
-    rates[i] = room ? clamp(0.0, low[i], high[i]) : 0.0, active[i] = room && low[i] == high[i] ? 2 : 0;
+    rates[i] = room ? clamp(0.0, low[i], high[i]) : 0.0, active[i] = room && low[i] == high[i] ? FAULT : FREE;
   }
   write_single(b, row, Answer{rates, residual, active, nullptr, INVALID_INPUT, 0, 0.0, 0.0, 0.0});
   const double nothing[12] = {};
@@ -201,13 +205,15 @@ inline STILLREACH_NOINLINE void solve_alone(const Batch& b, std::ptrdiff_t row, 
     for (int i = 0; i < n; ++i)
       for (int r = 0; r < m; ++r) b.jacobian[(row * m + r) * n + i] = task[m * i + r];
   const double *low = b.lower + row * b.bounds_stride, *high = b.upper + row * b.bounds_stride;
-  LimitedStatus limited{OK, ~OK};
+  LimitedStatus limited{OK, true};
   if (b.acceleration) limited = limited_bounds(b, row, bounds, w.bytes + n), low = bounds, high = bounds + n;
   for (int i = 0; i < n; ++i) active[i] = 0;
   const Problem p{m, n, task, twist, low, high, b.reference ? b.reference + row * b.reference_stride : nullptr, b.metric, row_typical(b, row)};
   Answer out{rates, residual, active, nullptr, OK, 0, 0.0, 1.0, 0.0};
   solve_law(b.law, p, w.workspace, out);
-  out.status = (out.status & limited.kept) | limited.added;
+  out.status = limited.with(out.status);
+  for (int i = 0; i < n; ++i)
+    active[i] = b.acceleration ? active_reason(active[i], w.bytes[2 * n + i], w.bytes[3 * n + i]) : bound_reason(active[i]);
   write_single(b, row, out);
 }
 
@@ -222,16 +228,20 @@ inline void write_poses(const Wide* pose, int lanes, const std::ptrdiff_t* row, 
 
 // What is asked for more rarely.
 template <int M>
-inline void write_more(const Batch& b, const std::ptrdiff_t* row, int lanes, const LaneProblem& p, const LaneAnswer& out) {
+inline void write_more(const Batch& b, const std::ptrdiff_t* row, int lanes, const LaneProblem& p, const LaneAnswer& out,
+                       BatchMemory& w) {
+  const int n = p.n;
   for (int l = 0; l < kLanes; ++l) {
     if (!(lanes & 1 << l)) continue;
+    if (b.active && b.acceleration) limited_bounds(b, row[l], w.single, w.bytes);  // again, for the reasons
     if (b.iterations) b.iterations[row[l]] = static_cast<std::int32_t>(out.iterations[l]);
-    for (int i = 0; i < p.n; ++i) {
+    for (int i = 0; i < n; ++i) {
       if (b.jacobian)
-        for (int r = 0; r < M; ++r) b.jacobian[(row[l] * M + r) * p.n + i] = p.jacobian[M * i + r][l];
+        for (int r = 0; r < M; ++r) b.jacobian[(row[l] * M + r) * n + i] = p.jacobian[M * i + r][l];
       if (!b.active) continue;
       const double rate = out.rates[i][l], lower = p.lower[i][l], upper = p.upper[i][l];
-      b.active[row[l] * p.n + i] = bound_code(rate, lower, upper);
+      const std::int8_t code = bound_code(rate, lower, upper);
+      b.active[row[l] * n + i] = b.acceleration ? active_reason(code, w.bytes[n + i], w.bytes[2 * n + i]) : bound_reason(code);
     }
   }
 }
@@ -306,14 +316,14 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
   for (int l = 0; l < kLanes; ++l)
     if (answered & 1 << l) {
       const std::int32_t own = static_cast<std::int32_t>(status[l]);
-      b.status[row[l]] = b.acceleration ? (own & limited[l].kept) | limited[l].added : own;
+      b.status[row[l]] = b.acceleration ? limited[l].with(own) : own;
     }
   if (b.residual) write(b.residual, M, out.residual);
   if (b.damping) write(b.damping, 1, &out.damping);
   if (b.scale) write(b.scale, 1, &out.scale);
   if (b.task_error) write(b.task_error, 1, &out.task_error);
   if (b.pose) write_poses(pose, answered, row, b.pose);
-  if (b.jacobian || b.active || b.iterations) write_more<M>(b, row, answered, p, out);
+  if (b.jacobian || b.active || b.iterations) write_more<M>(b, row, answered, p, out, w);
   return answered;
 }
 

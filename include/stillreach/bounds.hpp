@@ -62,4 +62,24 @@ STILLREACH_INLINE bool joint_bounds(ControllerState& c, int i, double q) {
   return kept;
 }
 
+// joint_bounds(), and what it adds to the tick's status: LIMIT_GIVEN_UP, or SATURATED where limits, and not a fault, leave the
+// joint one rate.
+STILLREACH_INLINE std::int32_t limit_joint(ControllerState& c, int i, double q) {
+  const bool kept = joint_bounds(c, i, q);
+  const bool works = c.health[i] == HEALTHY || (c.health[i] == DERATED && c.fault_value[i] > 0.0);
+  return (kept ? OK : LIMIT_GIVEN_UP) | (works && !(c.lower[i] < c.upper[i]) ? SATURATED : OK);
+}
+
+// The bounds of all joints, and what they add to the tick's status.
+inline std::int32_t bounds_of(ControllerState& c, const double* q) {
+  std::int32_t status = OK;
+  for (int i = 0; i < c.arm.n; ++i) status |= limit_joint(c, i, q[i]);
+  return status;
+}
+
+// A law's status with what the bounds add: a joint that a limit leaves one rate still works.
+STILLREACH_INLINE std::int32_t with_bounds_status(std::int32_t law, std::int32_t bounds) {
+  return (bounds & SATURATED ? law & ~NO_WORKING_JOINT : law) | bounds;
+}
+
 STILLREACH_END

@@ -55,9 +55,9 @@ inline double typical_rate(const ControllerState& c) {
 
 // An encoder or a command that is no number: brake, within the acceleration limits; failed joints keep their rates.
 inline void brake(ControllerState& c, const double* q, Answer& out) {
-  out.status = INVALID_INPUT, out.damping = 0.0, out.scale = 0.0, out.task_error = 0.0, out.iterations = 0;
+  out.damping = 0.0, out.scale = 0.0, out.task_error = 0.0, out.iterations = 0;
+  out.status = INVALID_INPUT | (bounds_of(c, q) & LIMIT_GIVEN_UP);
   for (int i = 0; i < c.arm.n; ++i) {
-    if (!joint_bounds(c, i, q[i])) out.status |= LIMIT_GIVEN_UP;
     out.rates[i] = clamp(0.0, c.lower[i], c.upper[i]);
     out.active[i] = !(c.lower[i] < c.upper[i]) ? 2 : 0;
   }
@@ -73,9 +73,8 @@ inline void evaluate(ControllerState& c, const double* q, const double* twist, c
   out.plane = c.plane, out.multiplier = &c.multiplier;
   if (doubt == 0.0) {
     arm_kinematics(c.arm, q, c.scratch, c.pose, c.jacobian);
-    bool kept = true;
     if (!c.bounds_stand) {
-      for (int i = 0; i < n; ++i) kept &= joint_bounds(c, i, q[i]);
+      c.bounds_status = bounds_of(c, q);
       if (c.law.parts > 0) c.typical = typical_rate(c);
     }
     c.bounds_stand = c.constant_bounds;
@@ -89,7 +88,7 @@ inline void evaluate(ControllerState& c, const double* q, const double* twist, c
     }
     const Problem p{c.m, n, c.task_jacobian, c.twist, c.lower, c.upper, reference_rates(c, q, w), c.metric, c.typical};
     solve_task(c.law, p, w, out);
-    if (!kept) out.status |= LIMIT_GIVEN_UP;
+    out.status = with_bounds_status(out.status, c.bounds_status);
     if (out.status & FAULT_NOT_COMPENSATED) {
       bool runaway = false;
       for (int i = 0; i < n; ++i) runaway |= c.health[i] == RUNAWAY;

@@ -9,7 +9,7 @@ namespace stillreach {
 struct Record {
   double *q, *rates, *pose, *command, *residual, *task_error, *damping, *scale, *lower, *upper;
   std::int32_t* status;
-  std::int8_t* health;
+  std::int8_t *health, *active;
 };
 
 }  // namespace stillreach
@@ -21,6 +21,7 @@ inline void record_tick(const ControllerState& c, const double* q, const Answer&
   for (int i = 0; i < n; ++i) {
     to.q[row * n + i] = q[i], to.rates[row * n + i] = a.rates[i];
     to.lower[row * n + i] = c.lower[i], to.upper[row * n + i] = c.upper[i], to.health[row * n + i] = c.health[i];
+    to.active[row * n + i] = active_reason(a.active[i], c.lower_reason[i], c.upper_reason[i]);
   }
   write_pose(c.pose, to.pose + row * 16);
   for (int r = 0; r < 6; ++r) {

@@ -1,4 +1,5 @@
-// The data that callers and the core share: plain structs and enums, no functions, the same for every instruction set.
+// The data that callers and the core share: plain structs and enums, the same for every instruction set. Its two functions are
+// always inlined, so that builds for different instruction sets share no symbol.
 // Memory is the caller's: the core allocates nothing.
 #pragma once
 
@@ -23,6 +24,16 @@ enum Status : std::int32_t {
 
 // Why a bound is what it is; in Solution.active positive at the upper bound, negative at the lower one.
 enum Reason : std::int8_t { FREE = 0, FAULT = 1, RATE = 2, POSITION = 3, ACCELERATION = 4 };
+
+// Why a joint is at its bound, signed: from Answer::active and the reasons of its two bounds.
+STILLREACH_INLINE std::int8_t active_reason(std::int8_t active, std::int8_t lower_reason, std::int8_t upper_reason) {
+  return active == 0 ? std::int8_t{FREE} : active < 0 ? static_cast<std::int8_t>(-lower_reason) : upper_reason;
+}
+
+// The same where nothing but the bounds is known: one rate left is a fault, any other bound a rate limit.
+STILLREACH_INLINE std::int8_t bound_reason(std::int8_t active) {
+  return active == 2 ? std::int8_t{FAULT} : active_reason(active, RATE, RATE);
+}
 
 enum Health : std::int8_t { HEALTHY = 0, LOCKED = 1, DERATED = 2, RUNAWAY = 3 };
 

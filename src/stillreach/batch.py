@@ -33,7 +33,8 @@ class BatchSolution:
         task_error: (N,) weighted norm of the residual.
         pose: (N, 4, 4) [m] of the tool; zeros in rows that are invalid.
         jacobian: (N, m, n) of the task's rows.
-        active: (N, n) int8: -1 at the lower bound, 1 at the upper one, 2 fixed, 0 free.
+        active: (N, n) int8: as ``Solution.active``. Without ``last_rates`` only the bounds are known: FAULT for a joint
+            with one rate left, RATE for any other active bound.
         iterations: (N,) int32 factorisations, or steps of the damping search.
     """
 

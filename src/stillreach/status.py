@@ -11,9 +11,9 @@ class Status(IntFlag):
     """What happened in a tick; several things can be true. The flags are the compiled core's."""
 
     OK = 0
-    """Nothing in the way."""
+    """No other flag."""
     SATURATED = 1
-    """A working joint is at a bound."""
+    """A working joint is at a limit: one that is healthy, or that its fault leaves a choice, however little."""
     SCALED = 2
     """Less than the whole commanded twist was aimed at (KeepDirection)."""
     DAMPED = 4
@@ -23,7 +23,7 @@ class Status(IntFlag):
     OVER_LIMIT = 16
     """The rates exceed a bound (Pseudoinverse only)."""
     NO_WORKING_JOINT = 32
-    """No joint is free to move."""
+    """Every joint has failed, and none has a choice left."""
     FAULT_NOT_COMPENSATED = 64
     """A runaway joint moves the tool, and the others cannot make up for it."""
     CLIPPED = 128

@@ -11,8 +11,6 @@ from stillreach import _core
 INF = np.inf
 BLOCK = 1000
 ANSWERS = ("residual", "damping", "scale", "task_error", "active", "iterations")
-CODES = np.array([-2, 0, 2, 1], np.int8)
-"""``Solution.active`` of what a batch calls -1, 0, 1, 2: a rate limit on either side, none, a fixed joint."""
 
 
 @dataclass
@@ -158,8 +156,6 @@ def differences(batch, alone, places=None):
     found = []
     for name, expected in alone.items():
         have = getattr(batch, name)[places]
-        if name == "active":
-            have = CODES[have + 1]
         assert have.shape == expected.shape, f"{name}: {have.shape} instead of {expected.shape}"
         wrong = bits(have) != bits(expected)
         for i in np.flatnonzero(wrong.any(axis=tuple(range(1, wrong.ndim)))):

@@ -92,17 +92,17 @@ void rollouts_take_nothing() {
     std::vector<double> q = Random(3).vector(n, 1.0), twists(6 * (2 * steps + 1), 0.3);
     std::vector<double> rows(steps * (4 * n + 16 + 6 + 6 + 3)), scratch(4 * n);
     std::vector<std::int32_t> status(steps);
-    std::vector<std::int8_t> health(steps * n), active(n);
+    std::vector<std::int8_t> health(steps * n), active(steps * n), scratch_active(n);
     double* at = rows.data();
     const auto take = [&](int count) { return std::exchange(at, at + steps * count); };
     stillreach::Record to{};
     to.q = take(n), to.rates = take(n), to.lower = take(n), to.upper = take(n), to.pose = take(16), to.command = take(6);
     to.residual = take(6), to.task_error = take(1), to.damping = take(1), to.scale = take(1);
-    to.status = status.data(), to.health = health.data();
+    to.status = status.data(), to.health = health.data(), to.active = active.data();
     const long before = taken();
     for (int stages : {1, 2})
       kernel().rollout(robot.state, q.data(), twists.data(), nullptr, steps, stages, true, robot.scratch.memory(), robot.answer,
-                       scratch.data(), active.data(), to);
+                       scratch.data(), scratch_active.data(), to);
     CHECK(taken() == before);
   }
 }

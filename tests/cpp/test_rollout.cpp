@@ -10,17 +10,17 @@ struct Rollout {
   long steps;
   std::vector<double> q, rates, pose, command, residual, task_error, damping, scale, lower, upper, scratch;
   std::vector<std::int32_t> status;
-  std::vector<std::int8_t> health, active;
+  std::vector<std::int8_t> health, active, scratch_active;
   Rollout(int joints, long rows)
       : n(joints), steps(rows), q(n * steps), rates(n * steps), pose(16 * steps), command(6 * steps), residual(6 * steps),
         task_error(steps), damping(steps), scale(steps), lower(n * steps), upper(n * steps), scratch(4 * n), status(steps, -1),
-        health(n * steps), active(n) {}
+        health(n * steps), active(n * steps), scratch_active(n) {}
   void run(Robot& robot, std::vector<double>& at, const std::vector<double>& twists, int stages, bool advance = true,
            const double* targets = nullptr) {
     const stillreach::Record to{q.data(), rates.data(), pose.data(), command.data(), residual.data(), task_error.data(), damping.data(),
-                                scale.data(), lower.data(), upper.data(), status.data(), health.data()};
+                                scale.data(), lower.data(), upper.data(), status.data(), health.data(), active.data()};
     kernel().rollout(robot.state, at.data(), twists.data(), targets, steps, stages, advance, robot.scratch.memory(), robot.answer,
-                     scratch.data(), active.data(), to);
+                     scratch.data(), scratch_active.data(), to);
   }
 };
 

@@ -46,7 +46,7 @@ def listed(text: str) -> set[str]:
 
 
 def test_the_page_shows_every_step() -> None:
-    assert [block.code.split()[1] for block in SHOWN] == ["inspect", "run", "run", "compare", "run"]
+    assert [block.code.split()[1] for block in SHOWN] == ["inspect", "run", "run", "run", "compare", "run"]
 
 
 @pytest.mark.parametrize("block", SHOWN, ids=lambda block: f"line-{block.line}")

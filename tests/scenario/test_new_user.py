@@ -73,7 +73,7 @@ def test_then_the_elbow_fails(desk):
     assert found["goal_distance"] < 1e-3
     assert "\narrived          yes, " in done.stdout
     assert f"{ELBOW} locked from {found['faults'][0]['at']:g} s on" in done.stdout
-    for row in ("arrived", "farthest off", "largest rate", "status", "held back", "lost at the end"):
+    for row in ("arrived", "gave way", "farthest off", "largest rate", "status", "limited by", "lost at the end"):
         assert f"\n{row}" in done.stdout
     run = sr.Run.load(folder / "run.nc")
     after = run.time > found["faults"][0]["at"]

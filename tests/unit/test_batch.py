@@ -177,7 +177,7 @@ def test_a_row_that_is_no_question_stops_no_other(law, spoil, value):
     assert batch.status[5] == Status.INVALID_INPUT
     assert batch.rates[5, 7] == 0.25
     assert np.count_nonzero(batch.rates[5]) == 1
-    assert batch.active[5, 7] == 2
+    assert batch.active[5, 7] == sr.Reason.FAULT
     assert np.array_equal(batch.pose[5], np.zeros((4, 4)))
 
 

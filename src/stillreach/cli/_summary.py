@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -10,8 +9,8 @@ if TYPE_CHECKING:
     from stillreach.simulate.summary import Summary
 
 FLAGS = {
-    "OK": "nothing in the way",
-    "SATURATED": "a joint at a bound",
+    "OK": "no limit active",
+    "SATURATED": "a joint at a limit",
     "SCALED": "slowed down",
     "DAMPED": "damped",
     "SINGULAR": "singular",
@@ -31,11 +30,14 @@ TOO_FAST = "but drives cannot follow rates above their limits"
 
 def facts(scenario: Scenario, run: Run, found: Summary) -> dict[str, Any]:
     """What --json prints of a run; docs/command-line.md explains the keys."""
+    from stillreach.simulate.data import fault_data, law_data, task_data
+
     longest = found.longest
     return {
         "scenario": str(run.attrs["title"]),
         "arm": scenario.arm.name,
-        "law": repr(scenario.law),
+        "law": law_data(scenario),
+        "task": task_data(scenario),
         "period": scenario.period,
         "duration": scenario.duration,
         "finished": found.finished,
@@ -48,6 +50,8 @@ def facts(scenario: Scenario, run: Run, found: Summary) -> dict[str, Any]:
         "allowed_angle": found.allowed_angle if found.angular else None,
         "way": found.way,
         "turn": found.turn,
+        "gave_way": found.gave_way,
+        "why": found.why and vars(found.why),
         "largest_distance": _peak(found.distance) if found.linear else None,
         "largest_angle": _peak(found.angle) if found.angular else None,
         "largest_distance_from_path": found.beside if found.linear else None,
@@ -58,7 +62,7 @@ def facts(scenario: Scenario, run: Run, found: Summary) -> dict[str, Any]:
             "of_limit": found.rate and found.rate.value,
             "time": found.rate and found.rate.time,
         },
-        "faults": [_fault(scenario, fault) for fault in scenario.faults],
+        "faults": [fault_data(scenario, fault) for fault in scenario.faults],
         "statuses": found.statuses,
         "held": found.held,
         "held_longest": longest and dict(zip(("joint", "bound", "time"), longest, strict=True)),
@@ -79,9 +83,10 @@ def print_summary(scenario: Scenario, run: Run, found: Summary) -> None:
     )
     if description := _first_paragraph(scenario.description):
         out.print(f"{description}\n")
-    rows = [("arrived", verdict(found)), *_deviations(found), ("largest rate", worst_rate(scenario, found))]
+    rows = [("arrived", verdict(found)), *([("why", found.why.sentence)] if found.why else [])]
+    rows += [("gave way", gave_way(found)), *_deviations(found), ("largest rate", worst_rate(scenario, found))]
     rows += [("faults", text) if k == 0 else ("", text) for k, text in enumerate(fault_lines(scenario))]
-    rows += [("status", _statuses(found)), ("held back", _held(found)), ("lost at the end", _lost(scenario, found))]
+    rows += [("status", _statuses(found)), ("limited by", _held(found)), ("lost at the end", _lost(scenario, found))]
     out.print(table(rows))
 
 
@@ -117,6 +122,20 @@ def worst_rate(scenario: Scenario, found: Summary) -> str:
     if found.rate is None:
         return f"{found.rate_joint} {value}, no limit"
     return f"{tidy(100 * found.rate.value)} % of its limit: {found.rate_joint}, {value} at {found.rate.time:g} s"
+
+
+def gave_way(found: Summary) -> str:
+    """Which part of the task was farther off than what counts as arrived, and by how much."""
+    from stillreach.show.words import shown_angle, shown_length
+
+    amounts = {
+        "position": (shown_length(found.distance.value), shown_length(found.goal_distance)),
+        "orientation": (shown_angle(found.angle.value), shown_angle(found.goal_angle)),
+    }
+    texts = [
+        f"{part} by {most} ({last} at the end)" for part, (most, last) in amounts.items() if part in found.gave_way
+    ]
+    return ", ".join(texts) or "nothing"
 
 
 def is_late(found: Summary) -> bool:
@@ -160,7 +179,7 @@ def _statuses(found: Summary) -> str:
 def _held(found: Summary) -> str:
     longest = found.longest
     if longest is None:
-        return "no joint"
+        return "no joint limit"
     joint, bound, time = longest
     others = len(found.held) - 1
     more = f"; {others} other joint{'s' if others > 1 else ''} for less" if others else ""
@@ -168,24 +187,15 @@ def _held(found: Summary) -> str:
 
 
 def _lost(scenario: Scenario, found: Summary) -> str:
-    from stillreach.cli._locks import direction
+    from stillreach.simulate.ability import in_words
 
     if not len(found.lost):
         weakest = f"{found.singular_values[-1]:.3g}" if len(found.singular_values) else "0"
         return f"no direction (smallest singular value {weakest})"
     indices = scenario.task.indices if scenario.task is not None else range(6)
     along = "" if scenario.task is None or scenario.task.frame == "base" else " (tool axes)"
-    return "; ".join(direction(twist, indices) for twist in found.lost) + along
+    return "; ".join(in_words(twist, indices, signed=False) for twist in found.lost) + along
 
 
 def _peak(peak: Any) -> dict[str, float]:
     return {"value": peak.value, "time": peak.time}
-
-
-def _fault(scenario: Scenario, fault: Any) -> dict[str, Any]:
-    joint = scenario.arm.joint_names[scenario.arm.joint_index(fault.joint)]
-    until = None if fault.until is None or math.isinf(fault.until) else fault.until
-    return {"joint": joint, "kind": type(fault.kind).__name__.lower(), "value": fault.kind.value} | {
-        "at": fault.at,
-        "until": until,
-    }

@@ -138,6 +138,8 @@ def _print(scenario: Scenario, results: dict[str, Result]) -> None:
     if any(beyond_limits(found) for *_, found in results.values()):
         out.print("           above 100 %: drives cannot follow")
     for name, (_, _, found) in results.items():
+        if found.why is not None:
+            out.print(f"{name}: {found.why.sentence}")
         if is_late(found):
             late, beside = shown_length(found.distance.value), shown_length(found.beside)
             out.print(f"{name} falls behind, by up to {late}, and is at most {beside} off its path")

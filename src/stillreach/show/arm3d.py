@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -11,12 +11,13 @@ import numpy.typing as npt
 
 from stillreach.arm import Arm
 from stillreach.arm.placements import moved
-from stillreach.show.style import SCREEN, Look, matplotlib_or_error
+from stillreach.show.style import HEALTH_COLOURS, SCREEN, Look, matplotlib_or_error
 from stillreach.show.words import in_picture
+from stillreach.status import Health
 
 SIDES = 20
 LEAST_LENGTH = 1e-6
-LINK, JOINT, FAILED = np.full(3, 0.92), np.full(3, 0.62), np.array([0.78, 0.16, 0.10])
+LINK, JOINT = np.full(3, 0.92), np.full(3, 0.62)
 """Colours in full light."""
 
 
@@ -45,7 +46,7 @@ def draw(
     *,
     look: Look = SCREEN,
     labels: bool = True,
-    failed: Collection[int] = (),
+    failed: Mapping[int, Health] | Collection[int] = (),
     alpha: float = 1.0,
 ) -> None:
     """Draw the arm into 3D axes, and fit the axes around it.
@@ -56,19 +57,22 @@ def draw(
         q: (n,) joint values [rad] or [m].
         look: units.
         labels: write the joints' names beside them, and draw the axes of the tool.
-        failed: indices of joints to draw as failed.
+        failed: indices of joints to draw as failed, with their health where that is not LOCKED for all of them.
         alpha: opacity.
     """
     matplotlib_or_error("drawing an arm")
+    from matplotlib.colors import to_rgb
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
+    health = failed if isinstance(failed, Mapping) else dict.fromkeys(failed, Health.LOCKED)
     points, axes = stations(arm, q)
     points = points / look.length
     width = _thickness(points)
     shapes = [(_tube(start, end, width), LINK) for start, end in pairwise(points)]
     for moving, point, axis in zip(arm.chain, points[1:-1], axes, strict=True):
         along = 1.9 * width * axis
-        shapes.append((_tube(point - along, point + along, 1.55 * width), FAILED if moving.leader in failed else JOINT))
+        colour = np.array(to_rgb(HEALTH_COLOURS[health[moving.leader]])) if moving.leader in health else JOINT
+        shapes.append((_tube(point - along, point + along, 1.55 * width), colour))
     faces = [(face, (*_lit(face, colour), alpha)) for tube, colour in shapes for face in tube]
     # one collection, so that near faces hide far ones
     colours = [colour for _, colour in faces]

@@ -49,7 +49,7 @@ def comparison(results: Mapping[str, Result]) -> Figure:
         goal = commanded(scenario)
         end = max(float(run.time[-1]) for _, run, _ in results.values())
         changes = moments(scenario, end)
-        panels = _panels(results, goal)
+        panels = _panels(results)
         figure = Figure(figsize=(13.0, 7.2))
         _scene(figure.add_axes((-0.06, 0.0, 0.50, 0.86), projection="3d"), results, goal)
         grid = figure.add_gridspec(
@@ -72,14 +72,14 @@ def comparison(results: Mapping[str, Result]) -> Figure:
     return figure
 
 
-def _panels(results: Mapping[str, Result], goal: Commanded) -> list[tuple[str, list[Curve], float]]:
+def _panels(results: Mapping[str, Result]) -> list[tuple[str, list[Curve], float]]:
     """Name, curves and least height of each panel."""
     distances, angles, shares, largest = [], [], [], []
     for scenario, run, _ in results.values():
-        ticks, distance, angle = deviation(scenario, run, goal)
+        ticks = drawn_ticks(run)
+        distance, angle = (off[ticks] for off in deviation(scenario, run))
         distances.append((run.time[ticks], 1000 * distance))
         angles.append((run.time[ticks], np.rad2deg(angle)))
-        ticks = drawn_ticks(run)
         shares.append((run.time[ticks], 100 * np.max(rate_shares(scenario, run), axis=1)[ticks]))
         largest.append((run.time[ticks], np.rad2deg(np.max(np.abs(run.rates), axis=1))[ticks]))
     panels = []

@@ -8,13 +8,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from stillreach.faults import Derated, Fault, Runaway
+from stillreach.show.style import HEALTH_COLOURS
 from stillreach.show.words import in_picture
 from stillreach.simulate import Scenario
+from stillreach.status import Health
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FAILURE, RECOVERY = "#b3261e", "#2f7d4f"
+RECOVERY = "#2f7d4f"
 ROWS = 3
 """Labels that would overlap stand in so many rows."""
 LETTER = 0.0125
@@ -23,10 +25,11 @@ LETTER = 0.0125
 
 @dataclass(frozen=True)
 class Moment:
-    """A time at which something changes, and what: [s], words, whether for the better."""
+    """A time at which something changes, and what: [s], words, colour, whether for the better."""
 
     time: float
     text: str
+    colour: str = HEALTH_COLOURS[Health.LOCKED]
     better: bool = False
 
 
@@ -57,18 +60,21 @@ def fault_groups(scenario: Scenario, names: Sequence[str]) -> list[tuple[str, Fa
 
 def moments(scenario: Scenario, end: float) -> list[Moment]:
     """What changes up to a time [s], in order; what changes at one time is one moment."""
-    failing: dict[float, list[str]] = {}
+    failing: dict[float, list[tuple[str, str]]] = {}
     working: dict[float, list[str]] = {}
     names = [in_picture(name) for name in scenario.arm.joint_names]
     for text, fault in fault_groups(scenario, names):
         if fault.at <= end:
-            failing.setdefault(fault.at, []).append(text)
+            failing.setdefault(fault.at, []).append((text, HEALTH_COLOURS[fault.kind.health]))
     for fault in scenario.faults:
         if fault.until is not None and fault.until <= end:
             working.setdefault(fault.until, []).append(names[scenario.arm.joint_index(fault.joint)])
-    found = [Moment(time, ", ".join(texts)) for time, texts in failing.items()]
+    # several kinds at one time share the colour of the first
+    found = [Moment(time, ", ".join(text for text, _ in faults), faults[0][1]) for time, faults in failing.items()]
     for time, these in working.items():
-        found.append(Moment(time, f"{', '.join(these)} work{'s' if len(these) == 1 else ''} again", better=True))
+        found.append(
+            Moment(time, f"{', '.join(these)} work{'s' if len(these) == 1 else ''} again", RECOVERY, better=True)
+        )
     return sorted(found, key=lambda moment: moment.time)
 
 
@@ -76,8 +82,7 @@ def mark(ax: Axes, changes: Sequence[Moment], *, label: bool = False) -> None:
     """Lines at moments in a panel over time; with ``label`` the words above it, in rows where they are close."""
     low, high = ax.get_xlim()
     for change, (left, row) in zip(changes, _places(changes, low, high), strict=True):
-        colour = RECOVERY if change.better else FAILURE
-        ax.axvline(change.time, color=colour, linewidth=0.9, linestyle=(0, (4, 2)), zorder=1.5)
+        ax.axvline(change.time, color=change.colour, linewidth=0.9, linestyle=(0, (4, 2)), zorder=1.5)
         if label:
             ax.annotate(
                 change.text,
@@ -85,7 +90,7 @@ def mark(ax: Axes, changes: Sequence[Moment], *, label: bool = False) -> None:
                 (0, 4 + 11 * row),
                 xycoords=("data", "axes fraction"),
                 textcoords="offset points",
-                color=colour,
+                color=change.colour,
                 fontsize=8.5,
             )
 

@@ -14,7 +14,7 @@ from stillreach.show.style import COLOURS, styled
 from stillreach.show.timeline import timeline, timeline_rows
 from stillreach.show.words import TITLE_LETTERS, in_picture, shown_angle, shown_length
 from stillreach.simulate import Run, Scenario
-from stillreach.simulate.commanded import Commanded, commanded, deviation
+from stillreach.simulate.commanded import commanded, deviation
 from stillreach.simulate.held import rate_shares
 from stillreach.simulate.summary import Summary
 from stillreach.status import Health
@@ -27,6 +27,7 @@ LINES = ("#1b4f8a", "#c8501e", "#2f7d4f", "#8a3f8f", "#b58900", "#3b3b3b", "#4fa
 FAILING = (0, (4, 1.6))
 NAMED = len(LINES)
 """So many joints have lines and names of their own; the others are grey."""
+WHY_LETTERS = 190
 RATE_TOP = 300.0
 """Rates are drawn up to here [% of limit]."""
 LEAST_MM, LEAST_DEG = 1.0, 0.1
@@ -58,7 +59,7 @@ def outcome(scenario: Scenario, run: Run, found: Summary) -> Figure:
             height_ratios=(1.0, 1.0, 1.0, min(0.35 + 0.085 * rows, 1.9)),
             left=0.475,
             right=0.885 - 0.0058 * max(len(in_picture(name)) for name in run.joint_names),
-            top=0.885 - 0.018 * label_rows(changes, run.time[-1]),
+            top=(0.885 if found.why is None else 0.865) - 0.018 * label_rows(changes, run.time[-1]),
             bottom=0.065,
             hspace=0.26,
         )
@@ -66,11 +67,11 @@ def outcome(scenario: Scenario, run: Run, found: Summary) -> Figure:
         axes = [figure.add_subplot(grid[0])]
         axes += [figure.add_subplot(grid[k], sharex=axes[0]) for k in (1, 2, 3)]
         axes[0].set_xlim(0.0, max(float(run.time[-1]), scenario.period))
-        off_target(axes[0], scenario, run, goal, found)
+        off_target(axes[0], scenario, run, ticks, found)
         chosen = named_joints(scenario, run)
         rates(axes[1], scenario, run, chosen, ticks)
         values(axes[2], run, chosen, ticks)
-        timeline(axes[3], scenario, run, ticks)
+        timeline(axes[3], run, ticks)
         for k, ax in enumerate(axes):
             mark(ax, changes, label=k == 0)
             if k < 3:
@@ -85,6 +86,8 @@ def outcome(scenario: Scenario, run: Run, found: Summary) -> Figure:
             va="center",
         )
         figure.text(0.02, 0.93, caption(scenario, found), fontsize=9.5, va="center")
+        if found.why is not None:
+            figure.text(0.02, 0.905, in_picture(found.why.sentence, WHY_LETTERS), fontsize=9.5, va="center")
     return figure
 
 
@@ -105,9 +108,9 @@ def ends_off(found: Summary) -> str:
     return " and ".join([*parts, shown_angle(found.goal_angle)] if found.angular else parts)
 
 
-def off_target(ax: Axes, scenario: Scenario, run: Run, goal: Commanded, found: Summary) -> None:
+def off_target(ax: Axes, scenario: Scenario, run: Run, ticks: np.ndarray, found: Summary) -> None:
     """Distance [mm] and angle [deg] from where the tool should be, each where the task has such rows."""
-    ticks, distance, angle = deviation(scenario, run, goal)
+    distance, angle = (off[ticks] for off in deviation(scenario, run))
     time = run.time[ticks]
     if found.linear:
         _deviation(ax, time, 1000 * distance, LEAST_MM, "off target [mm]", COLOURS[0])

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from stillreach._door import FloatArray
 from stillreach.show import arm3d
-from stillreach.show.moments import FAILURE, moments
-from stillreach.show.style import COLOURS
+from stillreach.show.moments import moments
+from stillreach.show.style import COLOURS, HEALTH_COLOURS
 from stillreach.show.words import in_picture
 from stillreach.simulate import Run, Scenario
 from stillreach.simulate.commanded import Commanded
@@ -20,20 +21,20 @@ DRAWN = 5000
 VIEW = {"elev": 20, "azim": -60}
 FILLED = 0.74
 """How much of its axes a scene fills."""
+NEAR = 0.006
+"""Joints nearer to each other on the page, in units of a scene's projection, are named in one text."""
+CORNER = 0.09
+"""Part of the longest side around the corner that two axes share, where only one of them has ticks."""
 
 
 def scene(ax: Any, scenario: Scenario, run: Run, goal: Commanded) -> None:
-    """The arm at the start (pale) and at the end, failed joints red and named, with the commanded path and its own."""
+    """The arm at the start (pale) and at the end, failed joints in colour and named, with commanded and own path."""
     ax.computed_zorder = False  # what is drawn later hides what was drawn before
-    failed = np.flatnonzero(run.health[-1] != Health.HEALTHY)
+    health = {int(joint): Health(run.health[-1, joint]) for joint in np.flatnonzero(run.health[-1] != Health.HEALTHY)}
     arm3d.draw(ax, scenario.arm, run.q[0], labels=False, alpha=0.18)
-    arm3d.draw(ax, scenario.arm, run.q[-1], labels=False, failed=failed.tolist())
+    arm3d.draw(ax, scenario.arm, run.q[-1], labels=False, failed=health)
     first, _ = arm3d.stations(scenario.arm, run.q[0])
     last, _ = arm3d.stations(scenario.arm, run.q[-1])
-    for joint in failed:
-        name = f"     {in_picture(run.joint_names[joint])}"
-        text = ax.text(*last[joint + 1], name, color=FAILURE, fontsize=9, fontweight="bold")
-        text.set_zorder(5)
     path = run.pose[drawn_ticks(run), :3, 3]
     commanded_path(ax, goal)
     arm3d.path(ax, path, color=COLOURS[0], linewidth=1.8, zorder=3, label="path of the tool")
@@ -41,9 +42,43 @@ def scene(ax: Any, scenario: Scenario, run: Run, goal: Commanded) -> None:
         if not moment.better:
             tick = min(int(np.searchsorted(run.time, moment.time - 1e-12)), len(run) - 1)
             label = "a joint fails" if place == 0 else None
-            ax.plot(*run.pose[tick, :3, 3], "x", color=FAILURE, markersize=7, mew=1.8, label=label, ls="none", zorder=4)
+            ax.plot(
+                *run.pose[tick, :3, 3],
+                "x",
+                color=moment.colour,
+                markersize=7,
+                mew=1.8,
+                label=label,
+                ls="none",
+                zorder=4,
+            )
     fit(ax, np.concatenate([first, last, path, goal.poses[:, :3, 3]]))
+    _name(
+        ax,
+        {
+            in_picture(run.joint_names[joint]): (last[joint + 1], HEALTH_COLOURS[state])
+            for joint, state in health.items()
+        },
+    )
     ax.legend(loc="lower left", bbox_to_anchor=(0.15, -0.03), fontsize=8.5, ncols=2)
+
+
+def _name(ax: Any, joints: Mapping[str, tuple[FloatArray, str]]) -> None:
+    """Names beside joints, given by name as point (3,) and colour; of joints that are close on the page in one text."""
+    from matplotlib.patheffects import withStroke
+    from mpl_toolkits.mplot3d.proj3d import proj_transform  # type: ignore[import-untyped]
+
+    groups: list[tuple[FloatArray, FloatArray, str, list[str]]] = []
+    for name, (point, colour) in joints.items():
+        place = np.array(proj_transform(*point, ax.get_proj())[:2])
+        near = next((group for group in groups if np.linalg.norm(group[1] - place) < NEAR), None)
+        if near is None:
+            groups.append((point, place, colour, [name]))
+        else:
+            near[3].append(name)
+    for point, _, colour, names in groups:
+        text = ax.text(*point, f"     {', '.join(names)}", color=colour, fontsize=9, fontweight="bold")
+        text.set(zorder=5, path_effects=[withStroke(linewidth=2.5, foreground="white")])
 
 
 def commanded_path(ax: Any, goal: Commanded) -> None:
@@ -65,11 +100,21 @@ def fit(ax: Any, points: FloatArray) -> None:
     # width (with room for numbers) and height of the box on the page, seen from VIEW, in units of its diagonal
     page = max(1.15 * (0.87 * x + 0.5 * y), 0.94 * z + 0.17 * x + 0.3 * y) / float(np.linalg.norm(high - low))
     ax.set_box_aspect(high - low, zoom=FILLED / page)
-    ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
     ax.view_init(**VIEW)
+    ax.tick_params(axis="z", pad=9)
     ax.patch.set_alpha(0.0)  # hides nothing of its neighbours
-    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
-        axis.set_major_locator(arm3d.round_ticks(high - low))
+    ticks = arm3d.round_ticks(high - low)
+    corner = CORNER * float(np.max(high - low))
+    cut = ((low[0], high[0] - corner), (low[1] + corner / 2, high[1]), (low[2], high[2]))  # x ends where y begins
+    for name, axis, (first, last) in zip("xyz", (ax.xaxis, ax.yaxis, ax.zaxis), cut, strict=True):
+        marks = [float(mark) for mark in ticks.tick_values(first, last) if first <= mark <= last]
+        texts = [f"{mark:.6g}" for mark in marks[:-1]] + [_last_tick(name, mark) for mark in marks[-1:]]
+        axis.set_ticks(marks, [text.replace("-", "\N{MINUS SIGN}") for text in texts])
+
+
+def _last_tick(axis: str, mark: float) -> str:
+    """The number [m] with the name of its axis, clear of the axis: a label of the whole axis would cover numbers."""
+    return f"{'' if axis == 'x' else '        '}{axis} = {mark:.6g} m"
 
 
 def drawn_ticks(run: Run) -> np.ndarray:

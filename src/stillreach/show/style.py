@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from stillreach.errors import MissingExtraError
+from stillreach.status import Health
 
 DASHES: tuple[Any, ...] = (
     "-",
@@ -21,6 +22,9 @@ DASHES: tuple[Any, ...] = (
 """Solid, dashed, dash-dot, dotted, long dashes, dash-dot-dot."""
 
 COLOURS = ("#1b4f8a", "#c8501e", "#2f7d4f", "#8a3f8f", "#7a6a1f", "#3b3b3b")
+
+HEALTH_COLOURS = {Health.LOCKED: "#b3261e", Health.DERATED: "#d98a1f", Health.RUNAWAY: "#8a3f8f"}
+"""Of a failed joint, wherever it is drawn."""
 
 RC = {
     "font.family": "sans-serif",

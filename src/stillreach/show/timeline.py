@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stillreach.show.style import HEALTH_COLOURS
 from stillreach.show.words import in_picture
-from stillreach.simulate import Run, Scenario
+from stillreach.simulate import Run
 from stillreach.simulate.held import bound_reasons
 from stillreach.status import Health, Status
 
@@ -16,9 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 STATES = {
-    "locked": "#b3261e",
-    "derated": "#e8a33d",
-    "runaway": "#8a3f8f",
+    **{health.name.lower(): colour for health, colour in HEALTH_COLOURS.items()},
     "at rate limit": "#1b4f8a",
     "at position limit": "#5f8fc4",
     "at acceleration limit": "#b9cfe6",
@@ -44,18 +43,17 @@ TOGETHER = 3
 """Names of bars that stand close together; of more only the first and the last."""
 
 
-def timeline(ax: Axes, scenario: Scenario, run: Run, ticks: np.ndarray) -> None:
+def timeline(ax: Axes, run: Run, ticks: np.ndarray) -> None:
     """A bar for each joint and, below, for each status flag that was raised.
 
     Args:
         ax: where to draw.
-        scenario: what was run.
         run: what happened.
         ticks: (K,) the ticks to draw, evenly spaced.
     """
     from matplotlib.patches import Patch
 
-    codes, time = _joint_codes(scenario, run)[ticks], run.time[ticks]
+    codes, time = _joint_codes(run)[ticks], run.time[ticks]
     flags = _raised(run)
     names = [*map(in_picture, run.joint_names), *(name for _, name in flags)]
     used: set[str] = set()
@@ -82,9 +80,9 @@ def timeline_rows(run: Run) -> int:
     return len(run.joint_names) + len(_raised(run))
 
 
-def _joint_codes(scenario: Scenario, run: Run) -> np.ndarray:
+def _joint_codes(run: Run) -> np.ndarray:
     """(T, n) 0, or 1 + place in STATES."""
-    reasons = bound_reasons(scenario, run)
+    reasons = bound_reasons(run)
     codes = np.where(reasons > 0, reasons + 3, 0)
     codes[(codes == 0) & (run.health == Health.DERATED)] = 2
     codes[run.health == Health.LOCKED] = 1

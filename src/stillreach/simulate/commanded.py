@@ -62,27 +62,28 @@ def commanded(scenario: Scenario, looks: int = LOOKS) -> Commanded:
     return Commanded(np.concatenate(ticks), np.concatenate(poses))
 
 
-def deviation(scenario: Scenario, run: Run, goal: Commanded) -> tuple[npt.NDArray[np.int64], FloatArray, FloatArray]:
-    """How far the tool of a run is from where it should be, in the rows of the task.
+def deviation(scenario: Scenario, run: Run) -> tuple[FloatArray, FloatArray]:
+    """How far the tool of a run is from its target, in the rows of the task.
 
     Args:
         scenario: whose task.
-        run: what happened, one tick at least.
-        goal: where it should be.
+        run: what happened.
 
     Returns:
-        The ticks (K,) that were looked at; distance (K,) [m] and angle (K,) [rad],
-        0 for rows that are no task.
+        Distance (T,) [m] and angle (T,) [rad], 0 for rows that are not in the task.
     """
-    ticks = goal.ticks[goal.ticks < len(run)]  # Ctrl-C may have ended it early
-    actual, wanted = run.pose[ticks], goal.poses[: len(ticks)]
-    shift = wanted[:, :3, 3] - actual[:, :3, 3]
-    turn = log(wanted[:, :3, :3] @ np.swapaxes(actual[:, :3, :3], 1, 2))
-    both = np.stack([shift, turn], axis=1)
-    if _along_tool(scenario):
-        both = both @ actual[:, :3, :3]  # rows times R: components along the tool's axes
+    shift = run.target[:, :3, 3] - run.pose[:, :3, 3]
+    turn = log(run.target[:, :3, :3] @ np.swapaxes(run.pose[:, :3, :3], 1, 2))
+    both = in_axes(scenario, np.hstack([shift, turn]), run.pose).reshape(-1, 2, 3)
     distances = np.linalg.norm(both * _asked(scenario), axis=2)
-    return ticks, distances[:, 0], distances[:, 1]
+    return distances[:, 0], distances[:, 1]
+
+
+def in_axes(scenario: Scenario, twists: FloatArray, poses: FloatArray) -> FloatArray:
+    """Twists (T, 6) along the axes of the task's rows, which are the tool's at its poses (T, 4, 4) or the base's."""
+    if not _along_tool(scenario):
+        return twists
+    return (twists.reshape(-1, 2, 3) @ poses[:, :3, :3]).reshape(-1, 6)  # rows times R: along the tool's axes
 
 
 def beside_path(scenario: Scenario, run: Run, goal: Commanded) -> float:

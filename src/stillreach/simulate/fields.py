@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from stillreach.status import Health, Reason
+
 TWIST_COMPONENTS = ("vx", "vy", "vz", "wx", "wy", "wz")
 
 AXES = {"joint": None, "row": 4, "column": 4, "component": len(TWIST_COMPONENTS)}
@@ -48,6 +50,7 @@ FIELDS = (
     Field("q", ("joint",), "joint", "joint values"),
     Field("rates", ("joint",), "joint/s", "commanded joint rates"),
     Field("pose", ("row", "column"), "m (last column), 1", "pose of the tool in the base frame"),
+    Field("target", ("row", "column"), "m (last column), 1", "pose that the motion has led to, in the base frame"),
     Field("command", ("component",), "m/s, rad/s", "twist asked of the law, feedback included"),
     Field("residual", ("component",), "m/s, rad/s", "twist asked of the law minus the twist that the rates make"),
     Field("task_error", (), "1", "weighted norm of the residual"),
@@ -57,10 +60,18 @@ FIELDS = (
     Field("lower", ("joint",), "joint/s", "lower bound of the joint rates"),
     Field("upper", ("joint",), "joint/s", "upper bound of the joint rates"),
     Field("health", ("joint",), "1", "state of the joints", np.int8),
+    Field("active", ("joint",), "1", "bound that each joint is at (stillreach.Reason), negative at the lower", np.int8),
 )
 
-HEALTH = ("healthy", "locked", "derated", "runaway")
-"""Meaning of the codes in ``health``, from 0 on."""
+CODES = {
+    "health": {int(code): code.name.lower() for code in Health},
+    "active": {
+        side * int(reason): "free" if not reason else f"{reason.name.lower()}_{'upper' if side > 0 else 'lower'}"
+        for side in (-1, 1)
+        for reason in Reason
+    },
+}
+"""Meaning of each code in the arrays that hold codes."""
 
 
 def empty_record(ticks: int, joints: int) -> dict[str, np.ndarray]:

@@ -1,4 +1,4 @@
-"""How near a run's rates come to their limits, and what held its joints back."""
+"""How near a run's rates come to their limits, and which limits its joints were at."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from stillreach.faults import Derated
 from stillreach.simulate.events import fault_changes
 from stillreach.simulate.run import Run
 from stillreach.simulate.scenario import Scenario
-from stillreach.status import Health
+from stillreach.status import Health, Reason
 
 BOUNDS = ("rate", "position", "acceleration")
-"""What can hold back a working joint."""
+"""What can limit a working joint."""
 
 
 def rate_shares(scenario: Scenario, run: Run) -> FloatArray:
@@ -29,39 +29,25 @@ def has_rate_limits(scenario: Scenario) -> bool:
     return bool(np.any(np.isfinite(_rate_limits(scenario))))
 
 
-def bound_reasons(scenario: Scenario, run: Run) -> np.ndarray:
-    """(T, n) what holds each joint at its bound: 0 nothing or a fault, else 1 + its place in BOUNDS."""
-    works = (run.health == Health.HEALTHY) | (run.health == Health.DERATED)
-    at_upper, at_lower = run.rates >= run.upper, run.rates <= run.lower
-    held = works & (at_upper | at_lower) & (run.lower < run.upper)
-    bound = np.where(at_upper, run.upper, run.lower)
-    lower, upper = _rate_limits(scenario)
-    derated = run.health == Health.DERATED
-    own = np.where(at_upper, upper, lower)
-    rate = held & (np.isclose(bound, own, rtol=1e-12) | (derated & (bound != 0.0)))
-    position = held & ~rate
-    reasons = np.zeros(run.rates.shape, dtype=np.int8)
-    reasons[rate], reasons[position] = 1, 2
-    acceleration = (
-        scenario.arm.acceleration_limits if scenario.acceleration_limits is None else scenario.acceleration_limits
-    )
-    step = np.broadcast_to(np.asarray(acceleration, dtype=float), run.rates.shape[1:]) * scenario.period
-    before = np.vstack([np.zeros_like(run.rates[:1]), run.rates[:-1]])
-    with np.errstate(invalid="ignore"):
-        window = np.isclose(np.abs(bound - before), step, rtol=1e-9)
-    reasons[position & window] = 3
-    return reasons
+def bound_reasons(run: Run) -> np.ndarray:
+    """(T, n) the limit that each joint is at: 0 none or a fault, else 1 + its place in BOUNDS.
+
+    A derated joint at its reduced rate is at its rate limit, unless nothing is left of that.
+    """
+    reason = np.abs(run.active)
+    derated = (reason == Reason.FAULT) & (run.health == Health.DERATED) & (run.rates != 0.0)
+    return np.where(derated, 1, np.where(reason >= Reason.RATE, reason - 1, 0)).astype(np.int8)
 
 
-def held_back(scenario: Scenario, run: Run) -> dict[str, dict[str, float]]:
-    """[s] how long each joint that was at a bound was at which."""
-    reasons = bound_reasons(scenario, run)
+def held_back(run: Run, period: float) -> dict[str, dict[str, float]]:
+    """[s] how long each joint that was at a limit was at which, with ticks of a period [s]."""
+    reasons = bound_reasons(run)
     found: dict[str, dict[str, float]] = {}
     for joint, name in enumerate(run.joint_names):
         for code, bound in enumerate(BOUNDS, start=1):
             ticks = int(np.count_nonzero(reasons[:, joint] == code))
             if ticks:
-                found.setdefault(name, {})[bound] = ticks * scenario.period
+                found.setdefault(name, {})[bound] = ticks * period
     return found
 
 

@@ -1,11 +1,13 @@
-"""What a run says of itself, in words and numbers that a file can hold."""
+"""The labels of a run: texts and numbers that a file can hold; settings as JSON."""
 
 from __future__ import annotations
 
+import json
 from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
 
+from stillreach.simulate.data import fault_data, law_data, null_motion_data, task_data
 from stillreach.simulate.scenario import Scenario
 
 Attribute = str | int | float
@@ -14,7 +16,8 @@ Attribute = str | int | float
 def run_attributes(scenario: Scenario, *, interrupted: bool) -> dict[str, Attribute]:
     """The labels of a run of a scenario.
 
-    ``interrupted`` is 1 for a run that Ctrl-C ended early, else 0. ``rate_limits`` says so where there are none.
+    ``law``, ``task``, ``faults`` and ``null_motion`` hold JSON. ``interrupted`` is 1 for a run that Ctrl-C ended early,
+    else 0. ``rate_limits`` is "infinite: no rate limit" where there are none.
     """
     limits = (
         scenario.arm.velocity_limits if scenario.rate_limits is None else np.asarray(scenario.rate_limits, dtype=float)
@@ -22,11 +25,11 @@ def run_attributes(scenario: Scenario, *, interrupted: bool) -> dict[str, Attrib
     return {
         "title": scenario.name or f"{scenario.arm.name} under {type(scenario.law).__name__}",
         "arm": scenario.arm.name,
-        "law": repr(scenario.law),
-        "task": repr(scenario.task),
-        "faults": "; ".join(map(repr, scenario.faults)) or "none",
+        "law": json.dumps(law_data(scenario)),
+        "task": json.dumps(task_data(scenario)),
+        "faults": json.dumps([fault_data(scenario, fault) for fault in scenario.faults]),
         "rate_limits": "infinite: no rate limit" if np.all(np.isinf(limits)) else "see lower and upper",
-        "null_motion": "none" if scenario.null_motion is None else repr(scenario.null_motion),
+        "null_motion": json.dumps(null_motion_data(scenario.null_motion)),
         "feedback": f"on the pose, {scenario.gain:g} 1/s" if scenario.loop == "closed" else "none",
         "integrator": scenario.integrator,
         "period": float(scenario.period),

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillreach.errors import InputError, MissingExtraError
-from stillreach.simulate.fields import AXES, FIELDS, HEALTH, RATE_UNITS, TWIST_COMPONENTS, Field
+from stillreach.simulate.fields import AXES, CODES, FIELDS, RATE_UNITS, TWIST_COMPONENTS, Field
 from stillreach.status import Status
 
 if TYPE_CHECKING:
@@ -150,9 +150,9 @@ def _attributes(entry: Field, joint_units: tuple[str, ...]) -> dict[str, Any]:
         flags = [flag for flag in Status if flag]
         attributes["flag_masks"] = np.array([flag.value for flag in flags], dtype=np.int32)
         attributes["flag_meanings"] = " ".join(str(flag.name) for flag in flags)
-    if entry.name == "health":
-        attributes["flag_values"] = np.arange(len(HEALTH), dtype=np.int8)
-        attributes["flag_meanings"] = " ".join(HEALTH)
+    if codes := CODES.get(entry.name):
+        attributes["flag_values"] = np.array(sorted(codes), dtype=np.int8)
+        attributes["flag_meanings"] = " ".join(codes[code] for code in sorted(codes))
     return attributes
 
 

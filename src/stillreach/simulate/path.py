@@ -69,7 +69,7 @@ def stretches(
     for place, part in enumerate(motion[: last_course + 1]):
         first, end = starts[place : place + 2]
         if isinstance(part, Twist):
-            T_start = _moved(T_start, part.twist[None] * ((end - first) * period))[-1]
+            T_start = _held(T_start, part.twist, np.array([(end - first) * period]))[0]
         elif isinstance(part, Course):
             if end <= first or part.duration < period:
                 raise InputError(
@@ -115,14 +115,23 @@ def led_to(T_start: FloatArray, motion: Sequence[Motion], part: int, times: Floa
     A held twist is followed exactly, a function of time to fourth order in the differences of the times (Magnus
     expansion).
     """
-    steps = np.diff(times)[:, None]
     if part >= len(motion) or isinstance(motion[part], Twist):
-        return _moved(T_start, commands(motion, times[:-1], part) * steps)
+        return _held(T_start, commands(motion, times[:1], part)[0], times - times[0])
+    steps = np.diff(times)[:, None]
     nodes = times[:-1, None] + steps * GAUSS
     early, late = np.moveaxis(commands(motion, nodes.ravel(), part).reshape(-1, 2, 6), 1, 0)
     moves = 0.5 * steps * (early + late)
     moves[:, 3:] += np.sqrt(3.0) / 12.0 * steps**2 * np.cross(late[:, 3:], early[:, 3:])
     return _moved(T_start, moves)
+
+
+def _held(T_start: FloatArray, twist: FloatArray, times: FloatArray) -> FloatArray:
+    """The poses (K, 4, 4) to which a held twist leads from T_start in some times (K,) [s]."""
+    moves = times[:, None] * twist
+    poses = np.tile(T_start, (len(times), 1, 1))
+    poses[:, :3, 3] += moves[:, :3]
+    poses[:, :3, :3] = exp(moves[:, 3:]) @ T_start[:3, :3]
+    return poses
 
 
 def _moved(T_start: FloatArray, moves: FloatArray) -> FloatArray:

@@ -29,7 +29,8 @@ class Run:
         time: (T,) [s].
         q: (T, n) joint values at the tick [rad] or [m].
         rates: (T, n) rates commanded at the tick [rad/s] or [m/s].
-        pose: (T, 4, 4) pose of the tool in the base frame [m].
+        pose: (T, 4, 4) pose of the tool (with the task's tool) in the base frame [m].
+        target: (T, 4, 4) pose that the motion has led to at the tick: where the tool should be [m].
         command: (T, 6) twist [v; w] asked of the law, feedback included [m/s, rad/s].
         residual: (T, 6) that twist minus the one that the rates make [m/s, rad/s].
         task_error: (T,) weighted norm of the residual.
@@ -38,9 +39,10 @@ class Run:
         status: (T,) bits of Status.
         lower, upper: (T, n) bounds of the rates [rad/s] or [m/s].
         health: (T, n) 0 healthy, 1 locked, 2 derated, 3 runaway.
+        active: (T, n) bound that each joint is at, as ``Solution.active``: 0 or a Reason, negative at the lower bound.
         joint_names: (n,) names.
         joint_units: (n,) unit of each joint's value, ``"rad"`` or ``"m"``.
-        attrs: labels (law, period, integrator, ...), read-only.
+        attrs: labels, read-only: numbers and texts; ``law``, ``task``, ``faults`` and ``null_motion`` hold JSON.
 
     Raises:
         InputError: an array has another shape than the others imply.
@@ -50,6 +52,7 @@ class Run:
     q: FloatArray
     rates: FloatArray
     pose: FloatArray
+    target: FloatArray
     command: FloatArray
     residual: FloatArray
     task_error: FloatArray
@@ -59,6 +62,7 @@ class Run:
     lower: FloatArray
     upper: FloatArray
     health: npt.NDArray[np.int8]
+    active: npt.NDArray[np.int8]
     joint_names: tuple[str, ...]
     joint_units: tuple[str, ...]
     attrs: Mapping[str, Attribute] = field(default_factory=dict)

@@ -78,8 +78,10 @@ class _Simulation:
         first, end = self.tick, self._chunk_end()
         last = first == self.ticks - 1
         began = time.perf_counter()
-        twists, targets = self.orders.chunk(first, end, last=last)
-        rows = {name: array[first:end] for name, array in self.record.items() if name != "time"}
+        twists, poses = self.orders.chunk(first, end, last=last)
+        self.record["target"][first:end] = poses[:: self.orders.stages][: end - first]
+        targets = poses if self.scenario.loop == "closed" else None
+        rows = {name: array[first:end] for name, array in self.record.items() if name not in ("time", "target")}
         self.controller.rollout(
             self.q, twists, targets, integrator=self.scenario.integrator, advance=not last, record=rows
         )

@@ -1,16 +1,18 @@
-"""A run in a few numbers: did the tool arrive, how far off was it, what held the joints back."""
+"""A run in a few numbers: did the tool arrive, if not why, how far off was it, which limits were its joints at."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stillreach._door import FloatArray
+from stillreach.simulate.ability import lost_directions
 from stillreach.simulate.commanded import beside_path, commanded, deviation
 from stillreach.simulate.held import has_rate_limits, held_back, rate_shares
 from stillreach.simulate.run import Run
 from stillreach.simulate.scenario import Scenario
+from stillreach.simulate.why import Why, why_missed
 from stillreach.status import Status
 
 POSITION_SHARE, ANGLE_SHARE = 0.01, 0.01
@@ -40,15 +42,18 @@ class Summary:
         allowed_distance, allowed_angle: how much of these still counts as arrived [m, rad].
         way, turn: length and angle of the commanded motion [m, rad].
         distance, angle: the farthest from where it should be at the time [m, rad].
+        gave_way: parts of the task, "position" and "orientation", that were farther off than what counts as arrived.
         beside: the farthest from its path [m], whenever it should have been where.
         task_error: the largest weighted norm of what the rates leave undone of the twist asked for.
         rate: the largest rate as a fraction of its joint's limit, derated where that is; None where no joint has one.
         rate_joint: whose; a name.
         rate_value: [rad/s, m/s] that rate.
         statuses: share of the ticks for each status flag that was raised, 0 to 1, OK included.
-        held: [s] for each joint that was at a bound while it worked, how long at which.
+        held: [s] for each joint that was at a limit while it worked, how long at which.
         singular_values: of the working joints' weighted Jacobian at the end, falling.
-        lost: (lost, rows) unit twists in weighted units that no working joint serves at the end.
+        lost: (lost, rows) unit twists [m, rad] in which rates inside their limits give less than 1 mm/s or 0.1 deg/s
+            at the end.
+        why: why the tool did not arrive; None where it did, or where Ctrl-C ended the run.
     """
 
     finished: bool
@@ -64,6 +69,7 @@ class Summary:
     turn: float
     distance: Peak
     angle: Peak
+    gave_way: tuple[str, ...]
     beside: float
     task_error: Peak
     rate: Peak | None
@@ -73,10 +79,11 @@ class Summary:
     held: dict[str, dict[str, float]]
     singular_values: FloatArray
     lost: FloatArray
+    why: Why | None
 
     @property
     def longest(self) -> tuple[str, str, float] | None:
-        """Joint, bound and time [s] of the joint that was held back longest; None where none was."""
+        """Joint, limit and time [s] of the joint that was at one longest; None where none was."""
         spans = [(time, joint, bound) for joint, found in self.held.items() for bound, time in found.items()]
         if not spans:
             return None
@@ -98,13 +105,15 @@ def summary(
     rows = scenario.task.indices if scenario.task is not None else range(6)
     goal = commanded(scenario)
     way, turn = goal.length()
-    ticks, shift, angle = deviation(scenario, run, goal)
+    shift, angle = deviation(scenario, run)
     near = max(POSITION_SHARE * way, POSITION_FLOOR) if allowed_distance is None else allowed_distance
     turned = max(ANGLE_SHARE * turn, ANGLE_FLOOR) if allowed_angle is None else allowed_angle
     rate, joint, value = _largest_rate(scenario, run)
     sigma, lost = _left_at_end(scenario, run)
+    whole = len(run) > scenario.steps
+    finished = whole and bool(shift[-1] <= near and angle[-1] <= turned)
     return Summary(
-        finished=len(run) > scenario.steps and bool(shift[-1] <= near and angle[-1] <= turned),
+        finished=finished,
         interrupted=bool(run.attrs.get("interrupted", 0)),
         end=float(run.time[-1]),
         linear=min(rows) < 3,
@@ -115,17 +124,19 @@ def summary(
         allowed_angle=float(turned),
         way=way,
         turn=turn,
-        distance=_peak(run.time[ticks], shift),
-        angle=_peak(run.time[ticks], angle),
+        distance=_peak(run.time, shift),
+        angle=_peak(run.time, angle),
+        gave_way=("position",) * bool(np.max(shift) > near) + ("orientation",) * bool(np.max(angle) > turned),
         beside=beside_path(scenario, run, goal),
         task_error=_peak(run.time, run.task_error),
         rate=rate,
         rate_joint=joint,
         rate_value=value,
         statuses=status_shares(run),
-        held=held_back(scenario, run),
+        held=held_back(run, scenario.period),
         singular_values=sigma,
         lost=lost,
+        why=why_missed(scenario, run) if whole and not finished else None,
     )
 
 
@@ -151,10 +162,14 @@ def _largest_rate(scenario: Scenario, run: Run) -> tuple[Peak | None, str | None
 
 
 def _left_at_end(scenario: Scenario, run: Run) -> tuple[FloatArray, FloatArray]:
-    """Singular values of the working joints at the end, and the twists that none of them serves."""
-    controller = scenario.controller()
+    """Singular values of the working joints at the end, and the directions that are lost there.
+
+    Without acceleration limits, which leave a joint little at one tick and everything at a later one.
+    """
+    controller = replace(scenario, acceleration_limits=np.inf).controller()
     for fault in sorted(scenario.faults, key=lambda fault: fault.at):  # of two on one joint the later holds
         if fault.at <= run.time[-1] and (fault.until is None or fault.until > run.time[-1]):
             controller.fail(fault.joint, fault.kind)
     out = controller.step(run.q[-1], np.zeros(6))
-    return np.asarray(out.singular_values()), np.asarray(out.lost_directions()).T
+    J, lower, upper = np.asarray(out.jacobian), np.asarray(out.lower), np.asarray(out.upper)
+    return np.asarray(out.singular_values()), lost_directions(J, lower, upper, controller.task.indices)

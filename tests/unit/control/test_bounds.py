@@ -131,12 +131,13 @@ def test_a_zero_limit_means_zero_not_none(law):
     assert np.any(out.rates != 0.0)
 
 
-def test_zero_limits_on_every_joint_stop_the_arm():
+def test_zero_limits_on_every_joint_stop_the_arm_whose_joints_still_work():
     arm = mixed()
     for limits in ({"rate_limits": 0.0}, {"position_limits": (0.0, 0.0)}, {"acceleration_limits": 0.0}):
         out = sr.Controller(arm, **limits).step(np.zeros(8), np.ones(6))
         assert np.all(out.rates == 0.0)
-        assert out.status & sr.Status.NO_WORKING_JOINT
+        assert out.status & sr.Status.SATURATED
+        assert not out.status & sr.Status.NO_WORKING_JOINT
 
 
 def test_an_infinite_limit_is_none():

@@ -3,11 +3,13 @@
 import warnings
 from dataclasses import replace
 from io import BytesIO
-from itertools import pairwise, product
+from itertools import combinations, pairwise, product
 
 import numpy as np
 import pytest
 from matplotlib import colors, image
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
 
 import stillreach as sr
 from stillreach.show.comparison import comparison
@@ -102,12 +104,61 @@ def test_title_units_moments_and_failed_joints_are_on_the_picture():
     expected = ("off target [mm]", "off target [deg]", "rate [% of limit]", "joints [deg]")
     assert all(name in labels for name in expected)
     assert "time [s]" in [ax.get_xlabel() for ax in figure.axes]
-    assert {"x [m]", "y [m]"} <= {ax.get_xlabel() for ax in figure.axes} | {ax.get_ylabel() for ax in figure.axes}
+    space = next(ax for ax in figure.axes if ax.name == "3d")
+    for name in "xyz":
+        assert [label.get_text().strip() for label in getattr(space, f"get_{name}ticklabels")()][-1].startswith(
+            f"{name} = "
+        )
     names = {name for ax in figure.axes for name in ax.get_legend_handles_labels()[1]}
     assert {"commanded path", "path of the tool", "goal", "j4 fails", "j9 fails"} <= names
     scene_texts = {text.get_text().strip() for text in figure.axes[0].texts}
     assert {"j2", "j4", "j9"} <= scene_texts  # what is broken at the end; j6 works again
     assert "j6" not in scene_texts
+
+
+@pytest.mark.parametrize("kind", [sr.Locked(), sr.Derated(0.25), sr.Runaway(0.05)])
+def test_a_failed_joint_has_one_colour_in_the_whole_picture(kind):
+    """A derated joint was red in space and amber in its bar."""
+    figure, _ = drawn(scenario(faults=[sr.Fault("j6", at=0.8, kind=kind)]))
+    state = type(kind).__name__.lower()
+    (name,) = [text for text in figure.axes[0].texts if text.get_text().strip() == "j6"]
+    (moment,) = [text for text in figure.axes[1].texts if text.get_text().startswith("j6")]
+    assert colors.to_hex(name.get_color()) == colors.to_hex(moment.get_color()) == STATES[state]
+    assert 5 in bars(figure.axes[4], state)
+    hue, saturation, _ = colors.rgb_to_hsv(colors.to_rgb(STATES[state]))
+    faces = [colors.rgb_to_hsv(face[:3]) for shape in figure.axes[0].collections for face in shape.get_facecolor()]
+    drums = [face for face in faces if face[1] > 0.1]  # the rest of the arm is grey
+    assert drums
+    np.testing.assert_allclose([face[:2] for face in drums], [[hue, saturation]] * len(drums), atol=0.01)
+
+
+@pytest.mark.parametrize("name", ["jammed-rail", "planar-runaway", "snake-loses-five", "hot-drives", "paper-example-2"])
+def test_no_text_in_space_covers_another(name, monkeypatch):
+    """Names of axes stood on their numbers, and names of neighbouring joints on each other."""
+    boxes, draw = {}, Text.draw
+
+    def watched(text, renderer):
+        if text.get_text().strip() and text.get_visible():
+            words, box = text.get_text(), text.get_window_extent(renderer)
+            blank = 0.5 * box.width * (1.0 - len(words.lstrip()) / len(words))  # a space is half a letter
+            boxes[text] = Bbox([[box.x0 + blank, box.y0], [box.x1, box.y1]]).shrunk(0.95, 0.7)  # letters, not lines
+        draw(text, renderer)
+
+    of = sr.Scenario.load(name)
+    figure, _ = drawn(replace(of, period=5 * of.period))
+    monkeypatch.setattr(Text, "draw", watched)
+    figure.savefig(BytesIO())
+    space = figure.axes[0].bbox.padded(0.0, 0.0)
+    inside = {text: box for text, box in boxes.items() if space.contains(*box.min) and space.contains(*box.max)}
+    assert len(inside) > 10
+    pairs = combinations(inside.items(), 2)
+    assert not [(one.get_text(), other.get_text()) for (one, a), (other, b) in pairs if a.overlaps(b)]
+
+
+def test_the_reason_of_a_tool_that_did_not_arrive_is_on_the_picture():
+    of = scenario(faults=[sr.Fault(joint, at=1.0) for joint in range(11)])
+    figure, run = drawn(of)
+    assert summary(of, run).why.sentence in written(figure)
 
 
 def test_bars_begin_and_end_with_the_faults():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import linprog
 
 import stillreach as sr
 from stillreach.simulate.commanded import commanded, deviation
@@ -79,7 +80,7 @@ def test_a_joint_without_limits_has_no_share_of_one():
     assert told.rate is None
     assert told.rate_value == pytest.approx(0.5)
     assert np.all(rate_shares(scenario, sr.simulate(scenario)) == 0.0)
-    assert held_back(scenario, sr.simulate(scenario)) == {}
+    assert held_back(sr.simulate(scenario), scenario.period) == {}
 
 
 def test_limits_of_one_side_are_measured_on_that_side():
@@ -126,7 +127,7 @@ def test_a_closed_loop_is_told_of_the_same_path():
         arm=sr.arms.nasa_modular(), start=np.full(11, 0.2), motion=line, period=0.001, loop="closed", gain=5.0
     )
     run = sr.simulate(scenario)
-    _, distance, angle = deviation(scenario, run, commanded(scenario))
+    distance, angle = deviation(scenario, run)
     assert np.max(distance) < 1e-4  # an arm that can do all that it is told leaves it by an Euler step's error only
     assert np.max(angle) < 1e-4
 
@@ -139,8 +140,8 @@ def test_rows_along_the_tool_are_measured_along_the_tool():
     faults = [sr.Fault(joint) for joint in range(3)]
     scenario = sr.Scenario(arm=arm, start=[np.pi / 2, 1.0, 0.0], motion=motion, task=task, faults=faults)
     run = sr.simulate(scenario)
-    ticks, distance, angle = deviation(scenario, run, commanded(scenario))
-    np.testing.assert_allclose(distance, 0.1 * run.time[ticks], atol=1e-12)
+    distance, angle = deviation(scenario, run)
+    np.testing.assert_allclose(distance, 0.1 * run.time, atol=1e-12)
     assert np.all(angle == 0.0)
 
 
@@ -200,3 +201,47 @@ def test_a_run_of_one_tick_has_a_summary():
     scenario = sr.Scenario(arm=rail(), start=[0.0], motion=sr.Twist([1.0, 0, 0, 0, 0, 0]), duration=0.001, task=SLIDE)
     assert len(sr.simulate(scenario)) == 1
     assert (found(scenario).beside, found(scenario).way) == (0.0, 0.0)
+
+
+def test_a_fault_that_never_bites_is_not_what_limited_a_joint():
+    """A derated joint that its position limit stops: the reason was guessed from the fault."""
+    arm = rail(velocity_limit=1.0, position_limits=(-1.0, 0.25))
+    scenario = along(0.4, arm=arm, faults=[sr.Fault("j1", kind=sr.Derated(0.5))])
+    assert found(scenario).held.keys() == {"j1"}
+    assert found(scenario).held["j1"].keys() == {"position"}
+
+
+def test_a_joint_without_any_rate_is_limited_by_its_rate_limit():
+    told = found(along(0.4, arm=rail(velocity_limit=0.0)))
+    assert told.held == {"j1": {"rate": pytest.approx(1.01)}}
+    assert set(told.statuses) >= {"SATURATED"}
+    assert not {"OK", "NO_WORKING_JOINT"} & set(told.statuses)
+
+
+def test_lost_directions_are_judged_by_gain():
+    """Two links whose elbow is bent by a rounding error: the rank is whole, and nothing moves along the arm."""
+    for bend, rate, lost in ((4e-6, 1.0, True), (4e-6, 1e4, False), (0.01, 1.0, False), (0.01, 0.01, True)):
+        scenario = sr.Scenario(
+            arm=sr.arms.planar(2).with_limits(velocity=rate),
+            start=[0.0, bend],
+            motion=sr.Twist(np.zeros(6), duration=0.1),
+            task=sr.Task(rows=(True, True, False, False, False, False)),
+        )
+        run = sr.simulate(scenario)
+        told = summary(scenario, run)
+        assert len(told.singular_values) == 2
+        assert np.min(told.singular_values) > 0.0
+        assert len(told.lost) == lost
+        J = scenario.arm.jacobian(run.q[-1])[:2]
+        for direction in told.lost:
+            most = linprog(-(direction @ J), bounds=[(-rate, rate)] * 2)
+            assert -most.fun < 1e-3
+            assert abs(direction[0]) == pytest.approx(1.0, abs=1e-2)
+
+
+def test_acceleration_limits_of_one_tick_lose_no_direction():
+    arm = sr.arms.planar(2).with_limits(velocity=1.0, acceleration=0.01)
+    task = sr.Task(rows=(True, True, False, False, False, False))
+    motion = sr.Twist(np.zeros(6), duration=0.01)
+    scenario = sr.Scenario(arm=arm, start=[0.3, 0.9], motion=motion, task=task, period=0.001)
+    assert len(found(scenario).lost) == 0
