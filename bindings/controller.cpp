@@ -3,23 +3,6 @@
 #include <cmath>
 #include <cstring>
 
-static const double kRigid = 1e-9;  // as _door.RIGID_TOLERANCE
-
-bool read_pose(const double* T, double* frame) {
-  bool right = T[12] == 0.0 && T[13] == 0.0 && T[14] == 0.0 && T[15] == 1.0;
-  for (int c = 0; c < 4; ++c)
-    for (int r = 0; r < 3; ++r) frame[3 * c + r] = T[4 * r + c], right &= std::isfinite(T[4 * r + c]);
-  for (int a = 0; a < 3; ++a)
-    for (int b = 0; b <= a; ++b) {
-      double dot = 0.0;
-      for (int r = 0; r < 3; ++r) dot += frame[3 * a + r] * frame[3 * b + r];
-      right &= std::fabs(dot - (a == b)) <= kRigid;
-    }
-  const double* f = frame;
-  const double det = f[0] * (f[4] * f[8] - f[5] * f[7]) - f[3] * (f[1] * f[8] - f[2] * f[7]) + f[6] * (f[1] * f[5] - f[2] * f[4]);
-  return right && det > 0.0;
-}
-
 bool Controller::update_gradient(const double* q, bool raise) {
   double* to = const_cast<double*>(state.null_vector);
   try {
@@ -29,7 +12,7 @@ bool Controller::update_gradient(const double* q, bool raise) {
     std::memcpy(view.data(), q, sizeof(double) * n());
     nb::object value = gradient(at);
     std::vector<double> read(n());
-    read_vector("gradient(q)", value, n(), read.data());
+    read_vector("gradient(q)", value, n(), read.data(), true, labels);
     std::memcpy(to, read.data(), sizeof(double) * n());
     return true;
   } catch (nb::python_error& error) {
@@ -41,42 +24,76 @@ bool Controller::update_gradient(const double* q, bool raise) {
 }
 
 static void make_controller(Controller* self, const Arm& arm, const Law& law, const Metric& metric, nb::sequence rows, bool tool_axes,
-                            double period, nb::handle rate_lower, nb::handle rate_upper, nb::handle position_lower,
-                            nb::handle position_upper, nb::handle acceleration, double return_rate, double transition_rate,
-                            double track_gain, double track_linear, double track_angular) {
+                            double period, nb::handle rotary, nb::handle labels, double return_rate, double transition_rate,
+                            double track_gain) {
   new (self) Controller();
   Controller& c = *self;
-  c.arm = arm, c.metric = metric.data;
+  c.arm = arm, c.metric = metric.data, c.labels = nb::borrow(labels), c.gradient = nb::none();
   const int n = arm.n, m = static_cast<int>(nb::len(rows));
   stillreach::ControllerState& s = c.state;
   s.arm = c.arm.view(), s.law = law.settings, s.metric = c.metric->view(), s.m = m;
   s.every_row = m == 6 && !tool_axes, s.tool_axes = tool_axes;
   for (int r = 0; r < m; ++r) s.rows[r] = nb::cast<int>(rows[r]), s.every_row = s.every_row && s.rows[r] == r;
   s.period = period, s.return_rate = return_rate, s.transition_rate = transition_rate;
-  s.track_gain = track_gain, s.track_linear = track_linear, s.track_angular = track_angular;
+  s.track_gain = track_gain, s.track_linear = s.track_angular = std::numeric_limits<double>::infinity();
   s.null_kind = stillreach::NULL_NONE, s.null_largest = std::numeric_limits<double>::infinity();
 
-  c.numbers.assign(34 * static_cast<std::size_t>(n), 0.0), c.bytes.assign(4 * static_cast<std::size_t>(n), 0);
+  c.numbers.assign(34 * static_cast<std::size_t>(n), 0.0), c.bytes.assign(6 * static_cast<std::size_t>(n), 0);
   double* at = c.numbers.data();
   const auto take = [&](int times) { double* p = at; at += static_cast<std::size_t>(times) * n; return p; };
-  const auto copy = [&](const char* name, nb::handle from) {
-    double* p = take(1);
-    read_vector(name, from, n, p, false);
-    return p;
-  };
-  s.rate_lower = copy("rate_limits", rate_lower), s.rate_upper = copy("rate_limits", rate_upper);
-  s.position_lower = copy("position_limits", position_lower), s.position_upper = copy("position_limits", position_upper);
-  s.acceleration = copy("acceleration_limits", acceleration);
+  s.rate_lower = take(1), s.rate_upper = take(1), s.position_lower = take(1), s.position_upper = take(1), s.acceleration = take(1);
   s.null_vector = take(1), s.fault_value = take(1), s.last = take(1), s.anchor = take(1), s.lower = take(1), s.upper = take(1), s.reference = take(1);
   s.task_jacobian = s.every_row ? nullptr : take(6), s.scratch = take(10), s.jacobian = take(6);
   if (s.every_row) s.task_jacobian = s.jacobian;
-  s.constant_bounds = 1;
-  for (int i = 0; i < n; ++i)
-    s.constant_bounds &= std::isinf(s.position_lower[i]) && std::isinf(s.position_upper[i]) && std::isinf(s.acceleration[i]);
   s.health = c.bytes.data(), s.active = s.health + n, s.lower_reason = s.active + n, s.upper_reason = s.lower_reason + n;
+  s.closing = s.upper_reason + n;
+  std::int8_t* const turns = s.closing + n;
+  for (int i = 0; i < n; ++i) turns[i] = nb::cast<bool>(rotary[i]);
+  s.rotary = turns;
   c.rates.assign(n, 0.0), c.measured.assign(n, 0.0), c.residual.assign(6, 0.0), c.active.assign(n, 0);
   c.answer.rates = c.rates.data(), c.answer.residual = c.residual.data(), c.answer.active = c.active.data();
   c.scratch.fit(n, !c.metric->joints.empty());
+}
+
+// closing: the Closing bits of what closes in within the acceleration limits.
+static void set_limits(Controller& c, nb::handle rate_lower, nb::handle rate_upper, nb::handle position_lower, nb::handle position_upper,
+                       nb::handle acceleration, double speed, int closing) {
+  const int n = c.n();
+  stillreach::ControllerState& s = c.state;
+  const auto copy = [&](nb::handle from, const double* to) { read_vector("limits", from, n, const_cast<double*>(to), false); };
+  copy(rate_lower, s.rate_lower), copy(rate_upper, s.rate_upper), copy(acceleration, s.acceleration);
+  copy(position_lower, s.position_lower), copy(position_upper, s.position_upper);
+  s.speed = speed, s.constant_bounds = 1, s.bounds_stand = 0;
+  for (int i = 0; i < n; ++i) {
+    s.constant_bounds &= std::isinf(s.position_lower[i]) && std::isinf(s.position_upper[i]) && std::isinf(s.acceleration[i]);
+    s.closing[i] = static_cast<std::int8_t>(s.closing[i] | closing);
+  }
+}
+
+static void set_track_limits(Controller& c, double linear, double angular) { c.state.track_linear = linear, c.state.track_angular = angular; }
+
+// What the controller did and what is broken, for a copy of it: numbers, then one byte each.
+template <class Visit>
+static void each_memory(stillreach::ControllerState& s, int n, Visit visit) {
+  visit(s.fault_value, n), visit(s.last, n), visit(s.anchor, n), visit(s.plane, 6), visit(&s.transition, 1);
+  visit(s.health, n), visit(s.active, n), visit(s.closing, n);
+}
+
+static nb::bytes get_state(Controller& c) {
+  std::string all;
+  const auto add = [&](const auto* from, int count) { all.append(reinterpret_cast<const char*>(from), sizeof *from * count); };
+  each_memory(c.state, c.n(), add);
+  return nb::bytes(all.data(), all.size());
+}
+
+static void set_state(Controller& c, nb::bytes state) {
+  const int n = c.n();
+  const std::size_t wanted = sizeof(double) * (3 * n + 7) + 3 * n;
+  if (state.size() != wanted) refuse("state", std::to_string(state.size()) + " bytes", std::to_string(wanted) + " bytes");
+  const char* at = static_cast<const char*>(state.data());
+  const auto take = [&](auto* to, int count) { std::memcpy(to, at, sizeof *to * count), at += sizeof *to * count; };
+  each_memory(c.state, n, take);
+  c.state.bounds_stand = 0;
 }
 
 // to: the numbers of `out`, where there is one.
@@ -114,75 +131,92 @@ static double* open_out(nb::handle out, long n, View& view) {
   return view.data();
 }
 
-static Solution step(Controller& c, nb::handle q, nb::handle twist, nb::handle out) {
+// [s] of this tick, 0 for the controller's own.
+static double read_period(nb::handle period) {
+  if (period.is_none()) return 0.0;
+  return nb::cast<double>(nb::module_::import_("stillreach._door").attr("positive")("period", period));
+}
+
+// Names of the rows of a twist.
+static nb::handle twist_labels() {
+  static PyObject* const labels = nb::object(nb::module_::import_("stillreach._door").attr("TWIST")).release().ptr();
+  return labels;
+}
+
+static Solution step(Controller& c, nb::handle q, nb::handle twist, nb::handle period, nb::handle out) {
   std::vector<double>& at = c.measured;
   double command[6];
   View view;
   double* const to = open_out(out, c.n(), view);
-  read_vector("q", q, c.n(), at.data());
-  read_vector("twist", twist, 6, command);
+  read_vector("q", q, c.n(), at.data(), true, c.labels);
+  read_vector("twist", twist, 6, command, true, twist_labels());
+  const double held = read_period(period);
   if (!c.gradient.is_none()) c.update_gradient(at.data(), true);
-  c.run(at.data(), command, nullptr);
+  c.run(at.data(), command, nullptr, held);
   return take_solution(c, out, to);
 }
 
-static Solution track(Controller& c, nb::handle q, nb::handle target_pose, nb::handle feedforward, nb::handle out) {
+static Solution track(Controller& c, nb::handle q, nb::handle target_pose, nb::handle feedforward, nb::handle period, nb::handle out) {
   std::vector<double>& at = c.measured;
   double command[6] = {0, 0, 0, 0, 0, 0}, target[12];
   View view;
   double* const to = open_out(out, c.n(), view);
-  read_vector("q", q, c.n(), at.data());
+  read_vector("q", q, c.n(), at.data(), true, c.labels);
   View matrix;
   nb::object converted;
   if (!(matrix.open(target_pose) && matrix.is_double() && matrix.is_contiguous() && matrix.ndim() == 2 && matrix.size(0) == 4 && matrix.size(1) == 4)) {
     converted = nb::module_::import_("stillreach._door").attr("pose")("target_pose", target_pose);
     matrix = strict("target_pose", converted, {4, 4}, false);
   }
-  if (!read_pose(matrix.data(), target)) {
+  if (!kernel().read_pose(matrix.data(), target)) {
     nb::module_::import_("stillreach._door").attr("pose")("target_pose", target_pose);
     refuse("target_pose", describe(target_pose), "a rigid transform (4 x 4)");
   }
-  if (!feedforward.is_none()) read_vector("feedforward", feedforward, 6, command);
+  if (!feedforward.is_none()) read_vector("feedforward", feedforward, 6, command, true, twist_labels());
+  const double held = read_period(period);
   if (!c.gradient.is_none()) c.update_gradient(at.data(), true);
-  c.run(at.data(), command, target);
+  c.run(at.data(), command, target, held);
   return take_solution(c, out, to);
 }
 
 // The arrays of a bound tick, held open for as long as it lives. What a tick needs comes first, in one line of the cache.
 struct Bound {
   Controller* c;
-  const double *q, *twist, *target;  // target: or null
+  const double *q, *twist, *target, *period;  // target, period: or null
   double* rates;
   nb::object controller, arrays;
-  View views[4];
+  View views[5];
 };
 
 static nb::object tick(Bound& b) {
   Controller& c = *b.c;
   double frame[12];
-  const double* q = b.q;
+  const double *q = b.q, *twist = b.twist;
+  const double period = b.period ? *b.period : 0.0, unknown[6] = {std::nan("")};
   bool fine = true;
-  if (b.target && !read_pose(b.target, frame)) frame[0] = std::nan("");
+  if (b.target && !kernel().read_pose(b.target, frame)) frame[0] = std::nan("");
+  if (b.period && !(period > 0.0 && std::isfinite(period))) twist = unknown;
   if (!c.gradient.is_none()) {
     bool finite = true;
     for (int i = 0; i < c.n(); ++i) finite &= std::isfinite(q[i]);
     if (finite) fine = c.update_gradient(q, false);
   }
-  c.run(q, b.twist, b.target ? frame : nullptr);
+  c.run(q, twist, b.target ? frame : nullptr, twist == unknown ? 0.0 : period);
   std::memcpy(b.rates, c.rates.data(), sizeof(double) * c.n());
   return status_object(fine ? c.answer.status : c.answer.status | stillreach::INVALID_INPUT);
 }
 
-static nb::object bind(nb::handle self, nb::handle q, nb::handle twist, nb::handle rates, nb::handle target) {
+static nb::object bind(nb::handle self, nb::handle q, nb::handle twist, nb::handle rates, nb::handle target, nb::handle period) {
   Controller& c = *nb::inst_ptr<Controller>(self);
   auto b = std::make_unique<Bound>();
-  b->controller = nb::borrow(self), b->arrays = nb::make_tuple(q, twist, rates, target), b->c = &c;
+  b->controller = nb::borrow(self), b->arrays = nb::make_tuple(q, twist, rates, target, period), b->c = &c;
   b->views[0] = strict("q", q, {c.n()}, false);
   b->views[1] = strict("twist", twist, {6}, false);
   b->views[2] = strict("rates", rates, {c.n()}, true);
   if (!target.is_none()) b->views[3] = strict("target", target, {4, 4}, false);
+  if (!period.is_none()) b->views[4] = strict("period", period, {1}, false);
   b->q = b->views[0].data(), b->twist = b->views[1].data(), b->rates = b->views[2].data();
-  b->target = target.is_none() ? nullptr : b->views[3].data();
+  b->target = target.is_none() ? nullptr : b->views[3].data(), b->period = period.is_none() ? nullptr : b->views[4].data();
   return nb::cpp_function([bound = std::shared_ptr<Bound>(std::move(b))]() { return tick(*bound); }, nb::name("tick"));
 }
 
@@ -194,7 +228,7 @@ static void reset(Controller& c, nb::handle rates) {
   if (rates.is_none())
     std::memset(c.state.last, 0, sizeof(double) * c.n());
   else
-    read_vector("rates", rates, c.n(), c.measured.data()), std::memcpy(c.state.last, c.measured.data(), sizeof(double) * c.n());
+    read_vector("rates", rates, c.n(), c.measured.data(), true, c.labels), std::memcpy(c.state.last, c.measured.data(), sizeof(double) * c.n());
   std::memset(c.state.active, 0, c.n());
   std::memset(c.state.plane, 0, sizeof c.state.plane);
   c.state.transition = 0.0;
@@ -210,38 +244,42 @@ static void set_null_motion(Controller& c, int kind, double gain, double largest
 
 void bind_controller(nb::module_& m) {
   nb::class_<Controller> c(m, "ControllerCore", "The compiled part of stillreach.Controller.");
-  c.def("__init__",
-        [](Controller* self, const Arm& arm, const Law& law, const Metric& metric, nb::sequence rows, bool tool_axes, double period,
-           nb::handle rate_lower, nb::handle rate_upper, nb::handle position_lower, nb::handle position_upper, nb::handle acceleration,
-           double return_rate, double transition_rate, double track_gain, double track_linear, double track_angular) {
-          make_controller(self, arm, law, metric, rows, tool_axes, period, rate_lower, rate_upper, position_lower, position_upper,
-                          acceleration, return_rate, transition_rate, track_gain, track_linear, track_angular);
-          self->gradient = nb::none();
-        },
-        nb::kw_only(), nb::arg("arm"), nb::arg("law"), nb::arg("metric"), nb::arg("rows"), nb::arg("tool_axes"), nb::arg("period"),
-        nb::arg("rate_lower"), nb::arg("rate_upper"), nb::arg("position_lower"), nb::arg("position_upper"), nb::arg("acceleration"),
-        nb::arg("return_rate"), nb::arg("transition_rate"), nb::arg("track_gain"), nb::arg("track_linear"), nb::arg("track_angular"));
-  c.def("step", &step, nb::arg("q").none(), nb::arg("twist").none(), nb::kw_only(), nb::arg("out").none() = nb::none(),
-        nb::sig("def step(self, q: numpy.typing.ArrayLike, twist: numpy.typing.ArrayLike, *, "
-                "out: numpy.typing.NDArray[numpy.float64] | None = None) -> Solution"),
-        "One tick: q (n,) [rad, m] measured, twist (6,) [m/s, rad/s] commanded along base axes -> Solution.\n\n"
-        "out (n,) receives the rates instead of a new array. Raises InputError for anything that is not finite or not of the right "
-        "shape; the controller is then as it was.");
-  c.def("track", &track, nb::arg("q").none(), nb::arg("target_pose").none(), nb::arg("feedforward").none() = nb::none(), nb::kw_only(),
+  c.def("__init__", &make_controller, nb::kw_only(), nb::arg("arm"), nb::arg("law"), nb::arg("metric"), nb::arg("rows"),
+        nb::arg("tool_axes"), nb::arg("period"), nb::arg("rotary"), nb::arg("labels"), nb::arg("return_rate"), nb::arg("transition_rate"),
+        nb::arg("track_gain"));
+  c.def("step", &step, nb::arg("q").none(), nb::arg("twist").none(), nb::kw_only(), nb::arg("period").none() = nb::none(),
         nb::arg("out").none() = nb::none(),
-        nb::sig("def track(self, q: numpy.typing.ArrayLike, target_pose: numpy.typing.ArrayLike, feedforward: "
-                "numpy.typing.ArrayLike | None = None, *, out: numpy.typing.NDArray[numpy.float64] | None = None) -> Solution"),
+        nb::sig("def step(self, q: numpy.typing.ArrayLike | collections.abc.Mapping[str, float], twist: numpy.typing.ArrayLike | "
+                "collections.abc.Mapping[str, float], *, period: float | None = None, out: numpy.typing.NDArray[numpy.float64] | None = "
+                "None) -> Solution"),
+        "One tick: q (n,) [rad, m] measured, twist (6,) [m/s, rad/s] commanded along base axes -> Solution.\n\n"
+        "q may be a mapping or a pandas Series by joint name. period [s] is how long these rates are held, where that differs from tick "
+        "to tick; None: the controller's. out (n,) receives the rates instead of a new array. Raises InputError for anything that is not "
+        "finite or not of the right shape; the controller is then as it was.");
+  c.def("track", &track, nb::arg("q").none(), nb::arg("target_pose").none(), nb::arg("feedforward").none() = nb::none(), nb::kw_only(),
+        nb::arg("period").none() = nb::none(), nb::arg("out").none() = nb::none(),
+        nb::sig("def track(self, q: numpy.typing.ArrayLike | collections.abc.Mapping[str, float], target_pose: numpy.typing.ArrayLike, "
+                "feedforward: numpy.typing.ArrayLike | collections.abc.Mapping[str, float] | None = None, *, period: float | None = None, "
+                "out: numpy.typing.NDArray[numpy.float64] | None = None) -> Solution"),
         "One tick that closes the loop on the tool's pose: target_pose (4, 4) [m] in the base frame, feedforward (6,) the twist "
-        "that the target moves with -> Solution.");
-  c.def("bind", [](nb::handle self, nb::handle q, nb::handle twist, nb::handle rates, nb::handle target) { return bind(self, q, twist, rates, target); },
+        "that the target moves with -> Solution.\n\n"
+        "A target within 1e-5 of a rigid transform (float32, six decimals) is brought to the nearest one. q, period and out: as of step.");
+  c.def("bind", [](nb::handle self, nb::handle q, nb::handle twist, nb::handle rates, nb::handle target, nb::handle period) { return bind(self, q, twist, rates, target, period); },
         nb::kw_only(), nb::arg("q").none(), nb::arg("twist").none(), nb::arg("rates").none(), nb::arg("target").none() = nb::none(),
+        nb::arg("period").none() = nb::none(),
         nb::sig("def bind(self, *, q: numpy.typing.NDArray[numpy.float64], twist: numpy.typing.NDArray[numpy.float64], rates: "
-                "numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64] | None = None) -> "
-                "collections.abc.Callable[[], stillreach.status.Status]"),
+                "numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64] | None = None, period: "
+                "numpy.typing.NDArray[numpy.float64] | None = None) -> collections.abc.Callable[[], stillreach.status.Status]"),
         "Binds arrays once: the returned tick() reads q (n,) and twist (6,), with target (4, 4) the pose to track and twist the "
-        "feedforward, writes rates (n,) in place and returns the Status. It never raises: input that is not finite is answered "
-        "with INVALID_INPUT and braking. Inputs are read before rates are written, so that the arrays may overlap.");
+        "feedforward, with period (1,) how long the rates are held [s], writes rates (n,) in place and returns the Status. It never "
+        "raises: input that is not finite, a target that is no pose and a period that is not above 0 are answered with INVALID_INPUT and "
+        "braking. Inputs are read before rates are written, so that the arrays may overlap.");
   c.def("_set_health", &set_health, nb::arg("joint"), nb::arg("health"), nb::arg("value"));
+  c.def("_set_limits", &set_limits, nb::arg("rate_lower"), nb::arg("rate_upper"), nb::arg("position_lower"), nb::arg("position_upper"),
+        nb::arg("acceleration"), nb::arg("speed"), nb::arg("closing"));
+  c.def("_set_track_limits", &set_track_limits, nb::arg("linear"), nb::arg("angular"));
+  c.def("_get_state", &get_state);
+  c.def("_set_state", &set_state, nb::arg("state"));
   c.def("_reset", &reset, nb::arg("rates").none());
   c.def("_set_null_motion", &set_null_motion, nb::arg("kind"), nb::arg("gain"), nb::arg("largest"), nb::arg("vector").none(),
         nb::arg("gradient").none());
@@ -257,4 +295,13 @@ void bind_controller(nb::module_& m) {
     return array;
   }, nb::sig("def last_rates(self) -> numpy.typing.NDArray[numpy.float64]"), "(n,) the last commanded rates.");
   bind_rollout(c);
+  m.attr("RIGID_TOLERANCE") = stillreach::kRigid;
+  m.def("rigid", [](nb::handle T) -> nb::object {
+    double pose[12];
+    if (!kernel().read_pose(strict("T", T, {4, 4}, false).data(), pose)) return nb::none();
+    nb::object rigid = new_array(nb::make_tuple(4, 4));
+    stillreach::write_pose(pose, strict("T", rigid, {4, 4}, true).data());
+    return rigid;
+  }, nb::arg("T"), nb::sig("def rigid(T: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64] | None"),
+        "The rigid transform nearest to T (4, 4), or None where none is within RIGID_TOLERANCE.");
 }

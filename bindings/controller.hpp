@@ -14,16 +14,18 @@ struct Controller {
   std::vector<std::int8_t> active;
   stillreach::Answer answer{};
   nb::object gradient;               // a callable q -> (n,), or none
+  nb::object labels;                 // _door.Labels of the joints
 
   int n() const { return state.arm.n; }
-  void run(const double* q, const double* twist, const double* target) {
+  // period: [s] of this tick alone, 0 for the controller's own.
+  void run(const double* q, const double* twist, const double* target, double period) {
+    const double own = state.period;
+    if (period > 0.0) state.period = period, state.uneven = 1;
     kernel().tick(state, q, twist, target, scratch.memory(), answer);
+    state.period = own, state.uneven = 0;
   }
   // Evaluates the user's gradient at q. False, with the null motion off for this tick, where it failed.
   bool update_gradient(const double* q, bool raise);
 };
-
-// Row-major 4 x 4 pose to rotation by columns and translation. False: not a finite pose with a rotation in it.
-bool read_pose(const double* matrix, double* frame);
 
 void bind_rollout(nb::class_<Controller>& c);

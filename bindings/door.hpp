@@ -124,15 +124,15 @@ inline bool readable(View& view, nb::handle object, long length) {
          view.is_aligned();
 }
 
-// Reads `length` finite numbers from anything that NumPy can turn into a float64 vector.
-inline void read_vector(const char* argument, nb::handle object, long length, double* to, bool finite = true) {
+// Reads `length` finite numbers from anything that the door turns into a float64 vector; by `labels` where it has labels.
+inline void read_vector(const char* argument, nb::handle object, long length, double* to, bool finite = true, nb::handle labels = nb::none()) {
   View view;
   if (const double* in_place = numpy_vector(object, length)) {
     for (long i = 0; i < length; ++i) to[i] = in_place[i];
   } else if (readable(view, object, length)) {
     for (long i = 0; i < length; ++i) to[i] = view.data()[i];
   } else {
-    const nb::object array = nb::module_::import_("stillreach._door").attr("vector")(argument, object, length, nb::arg("allow_inf") = !finite, nb::arg("one_for_all") = false);
+    const nb::object array = nb::module_::import_("stillreach._door").attr("vector")(argument, object, length, nb::arg("allow_inf") = !finite, nb::arg("one_for_all") = false, nb::arg("labels") = labels);
     View converted = strict(argument, array, {length}, false);
     for (long i = 0; i < length; ++i) to[i] = converted.data()[i];
   }

@@ -23,7 +23,7 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
     poses = strict("targets", targets, {rows, 4, 4}, false);
     frames.resize(12 * rows);
     for (long t = 0; t < rows; ++t)
-      if (!read_pose(poses.data() + 16 * t, frames.data() + 12 * t)) refuse("targets", "row " + std::to_string(t), "rigid transforms (4 x 4)");
+      if (!kernel().read_pose(poses.data() + 16 * t, frames.data() + 12 * t)) refuse("targets", "row " + std::to_string(t), "rigid transforms (4 x 4)");
   }
   std::vector<View> open;
   open.reserve(12);

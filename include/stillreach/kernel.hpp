@@ -24,6 +24,7 @@ struct Kernel {
   ArmView (*align_axes)(int n, const std::int8_t* kinds, const double* placements, const double* axes, Link* links);
   void (*kinematics)(const ArmView& arm, const double* q, double* scratch, double* pose, double* jacobian);
   void (*solve)(const LawSettings& law, const Problem& p, const Memory& memory, Answer& out);
+  bool (*read_pose)(const double* T, double* pose);
   void (*set_health)(ControllerState& c, int joint, int health, double value);
   void (*tick)(ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory, Answer& out);
   void (*rollout)(ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages, bool advance,
@@ -62,6 +63,7 @@ inline Kernel make_kernel() {
     Workspace w = make_workspace(p.n, p.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
     solve_law(law, p, w, out);
   };
+  k.read_pose = [](const double* T, double* pose) { return read_pose(T, pose); };
   k.set_health = [](ControllerState& c, int joint, int health, double value) { set_health(c, joint, health, value); };
   k.tick = [](ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory, Answer& out) {
     Workspace w = make_workspace(c.arm.n, c.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
