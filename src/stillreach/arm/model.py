@@ -19,7 +19,7 @@ from stillreach.arm.describe import describe, headline
 from stillreach.arm.dexterity import Asked, spectra
 from stillreach.arm.dh import DHRow, dh_chain
 from stillreach.arm.files import RobotFiles
-from stillreach.arm.follower import Follower, Moving, chain, checked
+from stillreach.arm.follower import Follower, Moving, chain, checked, note_of
 from stillreach.arm.joint import KINDS, Joint, named
 from stillreach.arm.limits import driven, limited
 from stillreach.arm.modules import module_chain
@@ -257,9 +257,7 @@ class Arm(RobotFiles, Value):
                 return self.joint_names.index(joint)
         elif _is_integer(joint) and 0 <= operator.index(joint) < self.n:
             return operator.index(joint)
-        leaders = [follower.leader for follower in self.followers if follower.joint.name == joint]
-        follows = f", which follows {leaders[0]!r} and moves with it" if leaders else ""
-        raise UnknownJointError("joint", _door.describe(joint) + follows, self.joint_names)
+        raise UnknownJointError("joint", _door.describe(joint) + note_of(joint, self.followers), self.joint_names)
 
     def with_limits(
         self,
