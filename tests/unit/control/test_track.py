@@ -263,7 +263,7 @@ PANDA = [(0, 0, 0.333), (0, -1, 0), (0, 1, 0.316), (0.0825, 1, 0), (-0.0825, -1,
 
 @pytest.mark.parametrize("gain", [2.0, 10.0])
 def test_a_target_out_of_reach_does_not_make_joints_flip(gain):
-    """A Panda by its maker's table: without a bound and at a gain of 10 a joint went from limit to limit in every tick."""
+    """A Panda by its maker's table: without a bound a joint went from limit to limit in every tick, at a gain of 10."""
     rows = [sr.DHRow(a=a, alpha=turns * np.pi / 2, d=d) for a, turns, d in PANDA]
     arm = sr.Arm.from_dh(rows, "modified", velocity_limits=[2.175] * 4 + [2.61] * 3)
     q = np.array([0, -0.785, 0, -2.356, 0, 1.571, 0.785])
