@@ -21,8 +21,8 @@ STILLREACH_INLINE double approach_rate(double room, double period, double accele
   return step * (0.5 * k + x / (k + 1.0));
 }
 
-// Bounds of joint i at position q (a NaN: its position limits cannot be kept). False where the acceleration limit had to
-// be given up.
+// Bounds of joint i at position q (a NaN: its position limits cannot be kept). False where a limit had to be given up: the
+// position limit for rate limits that leave out 0 (a batch's may), or the acceleration limit.
 STILLREACH_INLINE bool joint_bounds(ControllerState& c, int i, double q) {
   double& lower = c.lower[i];
   double& upper = c.upper[i];
@@ -39,21 +39,27 @@ STILLREACH_INLINE bool joint_bounds(ControllerState& c, int i, double q) {
     c.lower_reason[i] = c.upper_reason[i] = RATE;
   }
   const double a = c.acceleration[i];
+  bool kept = true;
   if (is_finite(q)) {
     const double up = approach_rate(c.position_upper[i] - q, c.period, a);
     const double down = -approach_rate(q - c.position_lower[i], c.period, a);
-    if (up < upper) upper = up, c.upper_reason[i] = POSITION;
-    if (down > lower) lower = down, c.lower_reason[i] = POSITION;
+    if (up < lower) {
+      upper = lower, c.upper_reason[i] = static_cast<std::int8_t>(-c.lower_reason[i]), kept = false;
+    } else if (down > upper) {
+      lower = upper, c.lower_reason[i] = c.upper_reason[i], kept = false;
+    } else {
+      if (up < upper) upper = up, c.upper_reason[i] = POSITION;
+      if (down > lower) lower = down, c.lower_reason[i] = POSITION;
+    }
   }
-  if (!(a < infinity())) return true;
+  if (!(a < infinity())) return kept;
   const double slowest = c.last[i] - a * c.period, fastest = c.last[i] + a * c.period;
-  bool kept = true;
   // A joint that brakes along the curve has one rate left up to rounding, to either side: that is no contradiction, and no room.
   const double slack = 1e-9 * a * c.period;
   if (slowest > upper - slack) {
-    lower = upper, c.lower_reason[i] = c.upper_reason[i], kept = !(slowest > upper + slack);
+    lower = upper, c.lower_reason[i] = c.upper_reason[i], kept &= !(slowest > upper + slack);
   } else if (fastest < lower + slack) {
-    upper = lower, kept = !(fastest < lower - slack);
+    upper = lower, kept &= !(fastest < lower - slack);
     c.upper_reason[i] = static_cast<std::int8_t>(-c.lower_reason[i]);  // negative: at its lower bound
   } else {
     if (slowest > lower) lower = slowest, c.lower_reason[i] = ACCELERATION;

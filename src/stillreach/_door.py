@@ -68,6 +68,15 @@ def vector(
     return frozen(numbers)
 
 
+def codes(name: str, value: Any, n: int, meaning: str) -> FloatArray:
+    """A vector of n integers of at most three digits, as numbers; InputError otherwise."""
+    expected = f"{n} integers, {meaning}"
+    numbers = _numbers(name, value, expected)
+    if numbers.shape != (n,) or not np.all((np.abs(numbers) < 1000) & (numbers == np.rint(numbers))):
+        raise InputError(name, describe(value), expected)
+    return frozen(numbers)
+
+
 def matrix(name: str, value: Any, shape: tuple[int | None, int | None], *, allow_inf: bool = False) -> FloatArray:
     """A matrix of the given shape (None: any length there), as a read-only copy; InputError otherwise."""
     kind = "numbers" if allow_inf else "finite numbers"
@@ -193,6 +202,10 @@ def frozen(array: npt.ArrayLike) -> FloatArray:
 
 def _numbers(name: str, value: Any, expected: str) -> FloatArray:
     """The value as a float64 array of any shape, copied only where its type differs."""
+    if is_masked(value):
+        if np.any(value.mask):
+            raise InputError(name, f"{describe(value)} with masked entries", expected)
+        value = np.asarray(value.data)
     try:
         array = np.asarray(value)
     except (ValueError, TypeError, OverflowError):
@@ -201,6 +214,11 @@ def _numbers(name: str, value: Any, expected: str) -> FloatArray:
         raise InputError(name, describe(value), expected)
     with np.errstate(over="ignore"):
         return array.astype(np.float64, copy=False)
+
+
+def is_masked(value: Any) -> bool:
+    """Whether the value is an array of ``numpy.ma``: ``numpy.asarray`` shows what lies under its mask."""
+    return isinstance(value, np.ma.MaskedArray)
 
 
 def _in_place(numbers: FloatArray) -> FloatArray:
