@@ -13,9 +13,11 @@ STILLREACH_BEGIN
 STILLREACH_INLINE double approach_rate(double room, double period, double acceleration) {
   if (!(room > 0.0)) return 0.0;
   const double stop = room / period, step = acceleration * period;
+  if (!(stop >= 2.2250738585072014e-308)) return 0.0;  // below it numbers lose their digits
   if (!(step < infinity()) || !(stop < infinity())) return stop;
   if (!(step > 0.0)) return 0.0;
   const double x = stop / step;
+  if (!(x > 1.0)) return stop;
   if (!(x < 1e15)) return square_root(2.0 * acceleration) * square_root(room);
   const double k = static_cast<double>(static_cast<long long>(0.5 * (square_root(madd(8.0, x, 1.0)) - 1.0)));
   return step * (0.5 * k + x / (k + 1.0));

@@ -135,6 +135,13 @@ def choice(name: str, value: Any, choices: Sequence[str]) -> str:
     raise InputError(name, describe(value), f"one of {', '.join(map(repr, choices))}{_suggestion(value, choices)}")
 
 
+def text(name: str, value: Any) -> str:
+    """A text that files can hold; InputError for other types, a zero character or half a character of UTF-16."""
+    if isinstance(value, str) and not any(letter == "\0" or "\ud800" <= letter <= "\udfff" for letter in value):
+        return str(value)
+    raise InputError(name, describe(value), "a text without zero characters and lone surrogates")
+
+
 def unit_vector(name: str, value: Any, n: int = 3) -> FloatArray:
     """A direction: n finite numbers, not all zero, scaled to length 1; InputError otherwise."""
     expected = f"{n} finite numbers, not all zero"
