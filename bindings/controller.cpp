@@ -3,24 +3,32 @@
 #include <cmath>
 #include <cstring>
 
+void Controller::take_next() {
+  const std::unique_ptr<NullMotion> taken = std::move(next);
+  std::memcpy(const_cast<double*>(state.null_vector), taken->vector.data(), sizeof(double) * n());
+  state.null_kind = taken->kind, state.null_gain = taken->gain, state.null_largest = taken->largest;
+  std::swap(gradient, taken->gradient);  // the old one ends with `taken`, and may run Python code then
+}
+
 bool Controller::update_gradient(const double* q, bool raise) {
-  double* to = const_cast<double*>(state.null_vector);
+  const nb::object called = gradient;
+  Lease<std::vector<double>> read(proposed);
+  read->assign(n(), 0.0);
+  bool fine = true;
   try {
     nb::object at = new_vector(n());
     View view;
     view.open(at);
     std::memcpy(view.data(), q, sizeof(double) * n());
-    nb::object value = gradient(at);
-    std::vector<double> read(n());
-    read_vector("gradient(q)", value, n(), read.data(), true, labels);
-    std::memcpy(to, read.data(), sizeof(double) * n());
-    return true;
+    read_vector("gradient(q)", called(at), n(), read->data(), true, labels);
   } catch (nb::python_error& error) {
-    if (raise) throw;
+    if (raise || !error.matches(PyExc_Exception) || error.matches(PyExc_KeyboardInterrupt)) throw;
     error.discard_as_unraisable("stillreach: the null motion's gradient");
+    read->assign(n(), 0.0), fine = false;
   }
-  std::memset(to, 0, sizeof(double) * n());
-  return false;
+  // A tick inside the gradient may have brought another null motion, whose numbers these are not.
+  if (gradient.is(called)) std::memcpy(const_cast<double*>(state.null_vector), read->data(), sizeof(double) * n());
+  return fine;
 }
 
 static void make_controller(Controller* self, const Arm& arm, const Law& law, const Metric& metric, nb::sequence rows, bool tool_axes,
@@ -28,7 +36,7 @@ static void make_controller(Controller* self, const Arm& arm, const Law& law, co
                             double track_gain) {
   new (self) Controller();
   Controller& c = *self;
-  c.arm = arm, c.metric = metric.data, c.labels = nb::borrow(labels), c.gradient = nb::none();
+  c.arm = arm, c.metric = metric.data, c.labels = nb::borrow(labels);
   const int n = arm.n, m = static_cast<int>(nb::len(rows));
   stillreach::ControllerState& s = c.state;
   s.arm = c.arm.view(), s.law = law.settings, s.metric = c.metric->view(), s.m = m;
@@ -50,7 +58,7 @@ static void make_controller(Controller* self, const Arm& arm, const Law& law, co
   std::int8_t* const turns = s.closing + n;
   for (int i = 0; i < n; ++i) turns[i] = nb::cast<bool>(rotary[i]);
   s.rotary = turns;
-  c.rates.assign(n, 0.0), c.measured.assign(n, 0.0), c.residual.assign(6, 0.0), c.active.assign(n, 0);
+  c.rates.assign(n, 0.0), c.residual.assign(6, 0.0), c.active.assign(n, 0);
   c.answer.rates = c.rates.data(), c.answer.residual = c.residual.data(), c.answer.active = c.active.data();
   c.scratch.fit(n, !c.metric->joints.empty());
 }
@@ -96,21 +104,18 @@ static void set_state(Controller& c, nb::bytes state) {
   c.state.bounds_stand = 0;
 }
 
-// to: the numbers of `out`, where there is one.
-static Solution take_solution(Controller& c, nb::handle out, double* to) {
+// Runs a tick and takes what it answers. All memory is found before the tick, so that it runs whole or not at all.
+static Solution solution_of_tick(Controller& c, const double* q, const double* twist, const double* target, double period, nb::handle out) {
   const int n = c.n(), m = c.state.m;
   Solution s;
   s.metric = c.metric, s.m = m, s.n = n, s.rank_tolerance = c.state.law.rank_tolerance;
-  if (out.is_none()) {
-    s.rates = new_vector(n);
-    View view;
-    to = numpy_vector(s.rates, n, true);
-    if (!to && view.open(s.rates)) to = view.data();
-  } else {
-    s.rates = nb::borrow(out);
-  }
-  std::memcpy(to, c.rates.data(), sizeof(double) * n);
   s.make_room();
+  s.rates = out.is_none() ? new_vector(n) : nb::borrow(out);
+  View view;
+  double* to = numpy_vector(s.rates, n, true);
+  if (!to) view = strict("out", s.rates, {n}, true), to = view.data();
+  c.run(q, twist, target, period);
+  std::memcpy(to, c.rates.data(), sizeof(double) * n);
   std::memcpy(s.jacobian(), c.state.task_jacobian, sizeof(double) * m * n);
   std::memcpy(s.lower(), c.state.lower, sizeof(double) * n);
   std::memcpy(s.upper(), c.state.upper, sizeof(double) * n);
@@ -121,14 +126,6 @@ static Solution take_solution(Controller& c, nb::handle out, double* to) {
   s.status = c.answer.status, s.iterations = c.answer.iterations, s.damping = c.answer.damping, s.scale = c.answer.scale;
   s.task_error = c.answer.task_error;
   return s;
-}
-
-// The numbers of `out` (n,), null where there is none; view keeps it open where it is no plain NumPy array.
-static double* open_out(nb::handle out, long n, View& view) {
-  if (out.is_none()) return nullptr;
-  if (double* to = numpy_vector(out, n, true)) return to;
-  view = strict("out", out, {n}, true);
-  return view.data();
 }
 
 // [s] of this tick, 0 for the controller's own.
@@ -144,24 +141,21 @@ static nb::handle twist_labels() {
 }
 
 static Solution step(Controller& c, nb::handle q, nb::handle twist, nb::handle period, nb::handle out) {
-  std::vector<double>& at = c.measured;
+  Lease<std::vector<double>> at(c.measured);
+  at->resize(c.n());
   double command[6];
-  View view;
-  double* const to = open_out(out, c.n(), view);
-  read_vector("q", q, c.n(), at.data(), true, c.labels);
+  read_vector("q", q, c.n(), at->data(), true, c.labels);
   read_vector("twist", twist, 6, command, true, twist_labels());
   const double held = read_period(period);
-  if (!c.gradient.is_none()) c.update_gradient(at.data(), true);
-  c.run(at.data(), command, nullptr, held);
-  return take_solution(c, out, to);
+  c.prepare(at->data(), true);
+  return solution_of_tick(c, at->data(), command, nullptr, held, out);
 }
 
 static Solution track(Controller& c, nb::handle q, nb::handle target_pose, nb::handle feedforward, nb::handle period, nb::handle out) {
-  std::vector<double>& at = c.measured;
+  Lease<std::vector<double>> at(c.measured);
+  at->resize(c.n());
   double command[6] = {0, 0, 0, 0, 0, 0}, target[12];
-  View view;
-  double* const to = open_out(out, c.n(), view);
-  read_vector("q", q, c.n(), at.data(), true, c.labels);
+  read_vector("q", q, c.n(), at->data(), true, c.labels);
   View matrix;
   nb::object converted;
   if (!(matrix.open(target_pose) && matrix.is_double() && matrix.is_contiguous() && matrix.ndim() == 2 && matrix.size(0) == 4 && matrix.size(1) == 4)) {
@@ -174,21 +168,21 @@ static Solution track(Controller& c, nb::handle q, nb::handle target_pose, nb::h
   }
   if (!feedforward.is_none()) read_vector("feedforward", feedforward, 6, command, true, twist_labels());
   const double held = read_period(period);
-  if (!c.gradient.is_none()) c.update_gradient(at.data(), true);
-  c.run(at.data(), command, target, held);
-  return take_solution(c, out, to);
+  c.prepare(at->data(), true);
+  return solution_of_tick(c, at->data(), command, target, held, out);
 }
 
 // The arrays of a bound tick, held open for as long as it lives. What a tick needs comes first, in one line of the cache.
-struct Bound {
-  Controller* c;
+struct BoundTick {
+  Controller* c = nullptr;           // null once the garbage collector took it apart
   const double *q, *twist, *target, *period;  // target, period: or null
   double* rates;
-  nb::object controller, arrays;
-  View views[5];
+  nb::object controller;
+  View views[5];  // they own the arrays
 };
 
-static nb::object tick(Bound& b) {
+static nb::object tick(BoundTick& b) {
+  if (!b.c) throw std::runtime_error("the controller of this tick is gone");
   Controller& c = *b.c;
   double frame[12];
   const double *q = b.q, *twist = b.twist;
@@ -196,20 +190,36 @@ static nb::object tick(Bound& b) {
   bool fine = true;
   if (b.target && !kernel().read_pose(b.target, frame)) frame[0] = std::nan("");
   if (b.period && !(period > 0.0 && std::isfinite(period))) twist = unknown;
-  if (!c.gradient.is_none()) {
+  if (c.gradient.is_valid() || c.next) {
     bool finite = true;
     for (int i = 0; i < c.n(); ++i) finite &= std::isfinite(q[i]);
-    if (finite) fine = c.update_gradient(q, false);
+    if (finite) fine = c.prepare(q, false);
   }
   c.run(q, twist, b.target ? frame : nullptr, twist == unknown ? 0.0 : period);
   std::memcpy(b.rates, c.rates.data(), sizeof(double) * c.n());
   return status_object(fine ? c.answer.status : c.answer.status | stillreach::INVALID_INPUT);
 }
 
-static nb::object bind(nb::handle self, nb::handle q, nb::handle twist, nb::handle rates, nb::handle target, nb::handle period) {
-  Controller& c = *nb::inst_ptr<Controller>(self);
-  auto b = std::make_unique<Bound>();
-  b->controller = nb::borrow(self), b->arrays = nb::make_tuple(q, twist, rates, target, period), b->c = &c;
+// tick() as Python calls it: a built-in function without arguments, which costs less than a bound method.
+static PyObject* call_tick(PyObject* self, PyObject*) {
+  try {
+    return tick(*nb::inst_ptr<BoundTick>(self)).release().ptr();
+  } catch (nb::python_error& error) {
+    error.restore();
+  } catch (const std::bad_alloc&) {
+    PyErr_NoMemory();
+  } catch (const std::exception& error) {
+    PyErr_SetString(PyExc_RuntimeError, error.what());
+  }
+  return nullptr;
+}
+
+static nb::object bind(nb::pointer_and_handle<Controller> self, nb::handle q, nb::handle twist, nb::handle rates, nb::handle target, nb::handle period) {
+  static PyMethodDef method{"tick", &call_tick, METH_NOARGS, "One tick on the bound arrays: reads them, writes the rates, returns the Status."};
+  Controller& c = *self.p;
+  const nb::object owner = nb::inst_alloc(nb::type<BoundTick>());
+  BoundTick* const b = new (nb::inst_ptr<BoundTick>(owner)) BoundTick();
+  nb::inst_mark_ready(owner);
   b->views[0] = strict("q", q, {c.n()}, false);
   b->views[1] = strict("twist", twist, {6}, false);
   b->views[2] = strict("rates", rates, {c.n()}, true);
@@ -217,8 +227,46 @@ static nb::object bind(nb::handle self, nb::handle q, nb::handle twist, nb::hand
   if (!period.is_none()) b->views[4] = strict("period", period, {1}, false);
   b->q = b->views[0].data(), b->twist = b->views[1].data(), b->rates = b->views[2].data();
   b->target = target.is_none() ? nullptr : b->views[3].data(), b->period = period.is_none() ? nullptr : b->views[4].data();
-  return nb::cpp_function([bound = std::shared_ptr<Bound>(std::move(b))]() { return tick(*bound); }, nb::name("tick"));
+  b->controller = nb::borrow(self.h), b->c = &c;
+  PyObject* const function = PyCFunction_NewEx(&method, owner.ptr(), nullptr);
+  if (!function) nb::raise_python_error();
+  return nb::steal(function);
 }
+
+// The garbage collector's view of what a controller and a bound tick own.
+static int visit_controller(PyObject* self, visitproc visit, void* arg) {
+  Py_VISIT(Py_TYPE(self));
+  if (!nb::inst_ready(self)) return 0;
+  const Controller& c = *nb::inst_ptr<Controller>(self);
+  Py_VISIT(c.gradient.ptr());
+  if (c.next) Py_VISIT(c.next->gradient.ptr());
+  return 0;
+}
+
+static int clear_controller(PyObject* self) {
+  if (!nb::inst_ready(self)) return 0;
+  Controller& c = *nb::inst_ptr<Controller>(self);
+  const nb::object gradient = std::move(c.gradient);
+  const std::unique_ptr<NullMotion> next = std::move(c.next);
+  return 0;
+}
+
+static int visit_tick(PyObject* self, visitproc visit, void* arg) {
+  Py_VISIT(Py_TYPE(self));
+  if (!nb::inst_ready(self)) return 0;
+  const BoundTick& b = *nb::inst_ptr<BoundTick>(self);
+  Py_VISIT(b.controller.ptr());
+  for (const View& view : b.views) Py_VISIT(view.owner());
+  return 0;
+}
+
+static int clear_tick(PyObject* self) {
+  if (nb::inst_ready(self)) const BoundTick taken = std::exchange(*nb::inst_ptr<BoundTick>(self), BoundTick());
+  return 0;
+}
+
+static PyType_Slot controller_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&visit_controller)}, {Py_tp_clear, reinterpret_cast<void*>(&clear_controller)}, {0, nullptr}};
+static PyType_Slot tick_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&visit_tick)}, {Py_tp_clear, reinterpret_cast<void*>(&clear_tick)}, {0, nullptr}};
 
 static void set_health(Controller& c, int joint, int health, double value) {
   kernel().set_health(c.state, joint, health, value);
@@ -227,23 +275,27 @@ static void set_health(Controller& c, int joint, int health, double value) {
 static void reset(Controller& c, nb::handle rates) {
   if (rates.is_none())
     std::memset(c.state.last, 0, sizeof(double) * c.n());
-  else
-    read_vector("rates", rates, c.n(), c.measured.data(), true, c.labels), std::memcpy(c.state.last, c.measured.data(), sizeof(double) * c.n());
+  else {
+    std::vector<double> read(c.n());
+    read_vector("rates", rates, c.n(), read.data(), true, c.labels);
+    std::memcpy(c.state.last, read.data(), sizeof(double) * c.n());
+  }
   std::memset(c.state.active, 0, c.n());
   std::memset(c.state.plane, 0, sizeof c.state.plane);
   c.state.transition = 0.0;
 }
 
 static void set_null_motion(Controller& c, int kind, double gain, double largest, nb::handle vector, nb::handle gradient) {
-  std::vector<double> read(c.n(), 0.0);
-  if (!vector.is_none()) read_vector("null_motion", vector, c.n(), read.data());
-  std::memcpy(const_cast<double*>(c.state.null_vector), read.data(), sizeof(double) * c.n());
-  c.state.null_kind = kind, c.state.null_gain = gain, c.state.null_largest = largest;
-  c.gradient = nb::borrow(gradient);
+  auto next = std::make_unique<NullMotion>();
+  next->kind = kind, next->gain = gain, next->largest = largest, next->vector.assign(c.n(), 0.0);
+  if (!vector.is_none()) read_vector("null_motion", vector, c.n(), next->vector.data());
+  if (!gradient.is_none()) next->gradient = nb::borrow(gradient);
+  std::swap(c.next, next);
 }
 
 void bind_controller(nb::module_& m) {
-  nb::class_<Controller> c(m, "ControllerCore", "The compiled part of stillreach.Controller.");
+  nb::class_<BoundTick>(m, "BoundTick", nb::type_slots(tick_slots), "The arrays that Controller.bind() bound, held open.");
+  nb::class_<Controller> c(m, "ControllerCore", nb::type_slots(controller_slots), "The compiled part of stillreach.Controller.");
   c.def("__init__", &make_controller, nb::kw_only(), nb::arg("arm"), nb::arg("law"), nb::arg("metric"), nb::arg("rows"),
         nb::arg("tool_axes"), nb::arg("period"), nb::arg("rotary"), nb::arg("labels"), nb::arg("return_rate"), nb::arg("transition_rate"),
         nb::arg("track_gain"));
@@ -264,16 +316,15 @@ void bind_controller(nb::module_& m) {
         "One tick that closes the loop on the tool's pose: target_pose (4, 4) [m] in the base frame, feedforward (6,) the twist "
         "that the target moves with -> Solution.\n\n"
         "A target within 1e-5 of a rigid transform (float32, six decimals) is brought to the nearest one. q, period and out: as of step.");
-  c.def("bind", [](nb::handle self, nb::handle q, nb::handle twist, nb::handle rates, nb::handle target, nb::handle period) { return bind(self, q, twist, rates, target, period); },
-        nb::kw_only(), nb::arg("q").none(), nb::arg("twist").none(), nb::arg("rates").none(), nb::arg("target").none() = nb::none(),
+  c.def("bind", &bind, nb::kw_only(), nb::arg("q").none(), nb::arg("twist").none(), nb::arg("rates").none(), nb::arg("target").none() = nb::none(),
         nb::arg("period").none() = nb::none(),
         nb::sig("def bind(self, *, q: numpy.typing.NDArray[numpy.float64], twist: numpy.typing.NDArray[numpy.float64], rates: "
                 "numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64] | None = None, period: "
                 "numpy.typing.NDArray[numpy.float64] | None = None) -> collections.abc.Callable[[], stillreach.status.Status]"),
         "Binds arrays once: the returned tick() reads q (n,) and twist (6,), with target (4, 4) the pose to track and twist the "
-        "feedforward, with period (1,) how long the rates are held [s], writes rates (n,) in place and returns the Status. It never "
-        "raises: input that is not finite, a target that is no pose and a period that is not above 0 are answered with INVALID_INPUT and "
-        "braking. Inputs are read before rates are written, so that the arrays may overlap.");
+        "feedforward, with period (1,) how long the rates are held [s], writes rates (n,) in place and returns the Status. It "
+        "raises no Exception: input that is not finite, a target that is no pose and a period that is not above 0 are answered with "
+        "INVALID_INPUT and braking. Ctrl-C in a gradient is raised, and the tick is left out. Inputs are read before rates are written, so that the arrays may overlap.");
   c.def("_set_health", &set_health, nb::arg("joint"), nb::arg("health"), nb::arg("value"));
   c.def("_set_limits", &set_limits, nb::arg("rate_lower"), nb::arg("rate_upper"), nb::arg("position_lower"), nb::arg("position_upper"),
         nb::arg("acceleration"), nb::arg("speed"), nb::arg("closing"));

@@ -77,6 +77,20 @@ static void set_state(Solution& to, nb::tuple state) {
   new (&to) Solution(std::move(s));
 }
 
+// The garbage collector's view: `rates` may be an array of the caller's that leads back here.
+static int visit_solution(PyObject* self, visitproc visit, void* arg) {
+  Py_VISIT(Py_TYPE(self));
+  if (nb::inst_ready(self)) Py_VISIT(nb::inst_ptr<Solution>(self)->rates.ptr());
+  return 0;
+}
+
+static int clear_solution(PyObject* self) {
+  if (nb::inst_ready(self)) nb::inst_ptr<Solution>(self)->rates.reset();
+  return 0;
+}
+
+static PyType_Slot solution_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&visit_solution)}, {Py_tp_clear, reinterpret_cast<void*>(&clear_solution)}, {0, nullptr}};
+
 void bind_solution(nb::module_& m) {
   const auto call = [](const char* name) {
     return [name](nb::handle self, nb::args args, nb::kwargs kwargs) {
@@ -85,8 +99,8 @@ void bind_solution(nb::module_& m) {
   };
   using Array = nb::object;
 #define STILLREACH_ARRAY(name) nb::sig("def " name "(self) -> numpy.typing.NDArray[numpy.float64]")
-  nb::class_<Solution>(m, "Solution", "What a law answered for one tick.")
-      .def_prop_ro("rates", [](const Solution& s) -> Array { return s.rates; }, STILLREACH_ARRAY("rates"),
+  nb::class_<Solution>(m, "Solution", nb::type_slots(solution_slots), "What a law answered for one tick.")
+      .def_prop_ro("rates", [](const Solution& s) -> Array { return s.rates.is_valid() ? s.rates : nb::none(); }, STILLREACH_ARRAY("rates"),
                    "(n,) [rad/s, m/s] joint rates.")
       .def_prop_ro("status", [](const Solution& s) { return status_object(s.status); },
                    nb::sig("def status(self) -> stillreach.status.Status"), "What happened, as flags.")

@@ -14,11 +14,13 @@ STILLREACH_BEGIN
 STILLREACH_INLINE double approach_rate(double room, double period, double acceleration, bool uneven) {
   if (!(room > 0.0)) return 0.0;
   const double stop = room / period, step = acceleration * period;
+  if (!(stop >= 2.2250738585072014e-308)) return 0.0;  // below it numbers lose their digits
   if (!(step < infinity()) || !(stop < infinity())) return stop;
   if (!(step > 0.0)) return 0.0;
   const double x = stop / step;
   if (!(x < 1e15)) return square_root(2.0 * acceleration) * square_root(room);
   if (uneven) return 2.0 * stop / (1.0 + square_root(madd(2.0, x, 1.0)));
+  if (!(x > 1.0)) return stop;
   const double k = static_cast<double>(static_cast<long long>(0.5 * (square_root(madd(8.0, x, 1.0)) - 1.0)));
   return step * (0.5 * k + x / (k + 1.0));
 }
@@ -32,8 +34,8 @@ STILLREACH_INLINE bool close_in(double slowest, double fastest, double& lower, d
   return closing;
 }
 
-// Bounds of joint i at position q (a NaN: its position limits cannot be kept). False where the acceleration limit had to
-// be given up.
+// Bounds of joint i at position q (a NaN: its position limits cannot be kept). False where a limit had to be given up: the
+// position limit for rate limits that leave out 0 (a batch's may), or the acceleration limit.
 STILLREACH_INLINE bool joint_bounds(ControllerState& c, int i, double q) {
   double& lower = c.lower[i];
   double& upper = c.upper[i];
@@ -53,21 +55,27 @@ STILLREACH_INLINE bool joint_bounds(ControllerState& c, int i, double q) {
   const double slowest = c.last[i] - a * c.period, fastest = c.last[i] + a * c.period;
   const int closing = c.closing ? c.closing[i] : 0;
   if ((closing & CLOSING_RATE) && !close_in(slowest, fastest, lower, upper)) c.closing[i] &= ~CLOSING_RATE;
+  bool kept = true;
   if (is_finite(q)) {
     double up = approach_rate(c.position_upper[i] - q, c.period, a, c.uneven);
     double down = -approach_rate(q - c.position_lower[i], c.period, a, c.uneven);
     if ((closing & CLOSING_POSITION) && !close_in(slowest, fastest, down, up)) c.closing[i] &= ~CLOSING_POSITION;
-    if (up < upper) upper = up, c.upper_reason[i] = POSITION;
-    if (down > lower) lower = down, c.lower_reason[i] = POSITION;
+    if (up < lower) {
+      upper = lower, c.upper_reason[i] = static_cast<std::int8_t>(-c.lower_reason[i]), kept = false;
+    } else if (down > upper) {
+      lower = upper, c.lower_reason[i] = c.upper_reason[i], kept = false;
+    } else {
+      if (up < upper) upper = up, c.upper_reason[i] = POSITION;
+      if (down > lower) lower = down, c.lower_reason[i] = POSITION;
+    }
   }
-  if (!(a < infinity())) return true;
-  bool kept = true;
+  if (!(a < infinity())) return kept;
   // A joint that brakes along the curve has one rate left up to rounding, to either side: that is no contradiction, and no room.
   const double slack = 1e-9 * a * c.period;
   if (slowest > upper - slack) {
-    lower = upper, c.lower_reason[i] = c.upper_reason[i], kept = !(slowest > upper + slack);
+    lower = upper, c.lower_reason[i] = c.upper_reason[i], kept &= !(slowest > upper + slack);
   } else if (fastest < lower + slack) {
-    upper = lower, kept = !(fastest < lower - slack);
+    upper = lower, kept &= !(fastest < lower - slack);
     c.upper_reason[i] = static_cast<std::int8_t>(-c.lower_reason[i]);  // negative: at its lower bound
   } else {
     if (slowest > lower) lower = slowest, c.lower_reason[i] = ACCELERATION;

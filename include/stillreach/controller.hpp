@@ -60,19 +60,24 @@ inline void brake(ControllerState& c, const double* q, Answer& out) {
 // loop on, or null.
 inline void evaluate(ControllerState& c, const double* q, const double* twist, const double* target, Workspace& w, Answer& out) {
   const int n = c.arm.n;
-  const double doubt = doubt_in(q, n) + doubt_in(twist, 6) + (target ? doubt_in(target, 12) : 0.0);
+  double doubt = doubt_in(q, n) + doubt_in(twist, 6) + (target ? doubt_in(target, 12) : 0.0);
   STILLREACH_LIBRARY(memcpy)(out.active, c.active, n);
   out.plane = c.plane;
   if (doubt == 0.0) {
     arm_kinematics(c.arm, q, c.scratch, c.pose, c.jacobian);
+    for (int r = 0; r < 6; ++r) c.command[r] = twist[r];
+    if (target) {
+      add_correction(target, c.pose, c.track_gain, c.track_linear, c.track_angular, c.command);
+      doubt = doubt_in(c.command, 6);  // numbers that overflow
+    }
+    if (c.speed != 1.0)
+      for (int r = 0; r < 6; ++r) c.command[r] *= c.speed;
+  }
+  if (doubt == 0.0) {
     bool kept = true;
     if (!c.bounds_stand)
       for (int i = 0; i < n; ++i) kept &= joint_bounds(c, i, q[i]);
     c.bounds_stand = c.constant_bounds;
-    for (int r = 0; r < 6; ++r) c.command[r] = twist[r];
-    if (target) add_correction(target, c.pose, c.track_gain, c.track_linear, c.track_angular, c.command);
-    if (c.speed != 1.0)
-      for (int r = 0; r < 6; ++r) c.command[r] *= c.speed;
     if (c.every_row) {
       for (int r = 0; r < 6; ++r) c.twist[r] = c.command[r];
     } else {

@@ -71,6 +71,15 @@ def vector(
     return frozen(numbers)
 
 
+def codes(name: str, value: Any, n: int, meaning: str) -> FloatArray:
+    """A vector of n integers of at most three digits, as numbers; InputError otherwise."""
+    expected = f"{n} integers, {meaning}"
+    numbers = _numbers(name, value, expected)
+    if numbers.shape != (n,) or not np.all((np.abs(numbers) < 1000) & (numbers == np.rint(numbers))):
+        raise InputError(name, describe(value), expected)
+    return frozen(numbers)
+
+
 def matrix(name: str, value: Any, shape: tuple[int | None, int | None], *, allow_inf: bool = False) -> FloatArray:
     """A matrix of the given shape (None: any length there), as a read-only copy; InputError otherwise."""
     kind = "numbers" if allow_inf else "finite numbers"
@@ -131,6 +140,13 @@ def choice(name: str, value: Any, choices: Sequence[str]) -> str:
     if isinstance(value, str) and value in choices:
         return str(value)
     raise InputError(name, describe(value), f"one of {', '.join(map(repr, choices))}{_suggestion(value, choices)}")
+
+
+def text(name: str, value: Any) -> str:
+    """A text that files can hold; InputError for other types, a zero character or half a character of UTF-16."""
+    if isinstance(value, str) and not any(letter == "\0" or "\ud800" <= letter <= "\udfff" for letter in value):
+        return str(value)
+    raise InputError(name, describe(value), "a text without zero characters and lone surrogates")
 
 
 def unit_vector(name: str, value: Any, n: int = 3) -> FloatArray:
@@ -200,6 +216,10 @@ def frozen(array: npt.ArrayLike) -> FloatArray:
 def _numbers(name: str, value: Any, expected: str, labels: Labels | None = None) -> FloatArray:
     """The value as a float64 array of any shape, copied only where its type differs."""
     value = in_order(name, value, labels)
+    if is_masked(value):
+        if np.any(value.mask):
+            raise InputError(name, f"{describe(value)} with masked entries", expected)
+        value = np.asarray(value.data)
     try:
         array = np.asarray(value)
     except (ValueError, TypeError, OverflowError):
@@ -208,6 +228,11 @@ def _numbers(name: str, value: Any, expected: str, labels: Labels | None = None)
         raise InputError(name, describe(value), expected)
     with np.errstate(over="ignore"):
         return array.astype(np.float64, copy=False)
+
+
+def is_masked(value: Any) -> bool:
+    """Whether the value is an array of ``numpy.ma``: ``numpy.asarray`` shows what lies under its mask."""
+    return isinstance(value, np.ma.MaskedArray)
 
 
 def _in_place(numbers: FloatArray) -> FloatArray:

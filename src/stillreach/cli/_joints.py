@@ -81,7 +81,8 @@ def joint_index(arm: Arm, option: str, joint: str) -> int:
         UnknownJointError: the arm has no such joint.
     """
     try:
-        return arm.joint_index(int(joint) if joint.isdecimal() and joint not in arm.joint_names else joint)
+        by_index = joint.isdecimal() and len(joint) < 10 and joint not in arm.joint_names
+        return arm.joint_index(int(joint) if by_index else joint)
     except UnknownJointError as error:
         raise UnknownJointError(option, error.got, error.choices) from None
 

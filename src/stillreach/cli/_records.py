@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stillreach._files import new_file
 from stillreach.errors import MissingExtraError
 
 if TYPE_CHECKING:
@@ -49,7 +50,9 @@ def write_summary(found: dict[str, Any], folder: Path, stem: str = "summary") ->
     from stillreach.cli._terminal import plain
 
     path = folder / f"{stem}.json"
-    path.write_text(json.dumps(plain(found), indent=2, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
+    text = json.dumps(plain(found), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    with new_file(path) as file:
+        file.write(text.encode())
     return path
 
 
@@ -78,7 +81,8 @@ def picture(wanted: bool | None, path: Path, draw: Callable[[], Any]) -> list[Pa
             raise
         note(f"stillreach: {missing} (for {path.name})")
         return []
-    figure.savefig(path, dpi=130, pil_kwargs={"compress_level": 2})
+    with new_file(path) as file:
+        figure.savefig(file, format="png", dpi=130, pil_kwargs={"compress_level": 2})
     return [path]
 
 
@@ -88,4 +92,5 @@ def _write_arrays(run: Run, path: Path) -> None:
     from stillreach.simulate.fields import FIELDS
 
     arrays = {field.name: getattr(run, field.name) for field in FIELDS}
-    np.savez_compressed(path, joint=run.joint_names, joint_unit=run.joint_units, **arrays)
+    with new_file(path) as file:
+        np.savez_compressed(file, joint=run.joint_names, joint_unit=run.joint_units, **arrays)

@@ -82,11 +82,10 @@ class Law:
         if bounds.n != n:
             raise InputError("bounds", f"bounds of {bounds.n} joints", f"bounds of {n} joints, as J has columns")
         near = None if reference is None else _door.vector("reference", reference, n)
-        if start is not None and np.shape(start) != (n,):
-            raise InputError("start", _door.describe(start), f"{n} integers, Solution.active of an earlier answer")
+        begin = None if start is None else _door.codes("start", start, n, "Solution.active of an earlier answer")
         metric = self._metric(m, n, row_kinds, joint_kinds)
         return _core.solve(
-            self.core(), metric, matrix, _door.vector("twist", twist, m), bounds.lower, bounds.upper, near, start
+            self.core(), metric, matrix, _door.vector("twist", twist, m), bounds.lower, bounds.upper, near, begin
         )
 
     def _metric(self, m: int, n: int, row_kinds: str | None, joint_kinds: str | None) -> _core.Metric:

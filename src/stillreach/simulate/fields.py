@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from stillreach.status import Status
+
 TWIST_COMPONENTS = ("vx", "vy", "vz", "wx", "wy", "wz")
 
 AXES = {"joint": None, "row": 4, "column": 4, "component": len(TWIST_COMPONENTS)}
@@ -14,6 +16,12 @@ AXES = {"joint": None, "row": 4, "column": 4, "component": len(TWIST_COMPONENTS)
 
 RATE_UNITS = {"rad": "rad/s", "m": "m/s"}
 """Unit of a joint's rate by the unit of its value."""
+
+HEALTH = ("healthy", "locked", "derated", "runaway")
+"""Meaning of the codes in ``health``, from 0 on."""
+
+STATUS_CODES = 2 * max(Status)
+"""All sums of flags lie below it."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +34,7 @@ class Field:
         units: unit in the words of UDUNITS; ``"joint"`` and ``"joint/s"`` stand for the joints' own.
         long_name: what it is, for axes of plots and readers of the file.
         dtype: type of its entries.
+        codes: number of its codes, from 0 on; None for measured quantities.
     """
 
     name: str
@@ -33,6 +42,12 @@ class Field:
     units: str
     long_name: str
     dtype: npt.DTypeLike = np.float64
+    codes: int | None = None
+
+    @property
+    def kind(self) -> str:
+        """NumPy's letter for the kind of its type."""
+        return np.dtype(self.dtype).kind
 
     def shape(self, ticks: int, joints: int) -> tuple[int, ...]:
         """The array's shape for so many ticks and joints."""
@@ -53,14 +68,11 @@ FIELDS = (
     Field("task_error", (), "1", "weighted norm of the residual"),
     Field("damping", (), "1", "damping factor, in units of the weighted J J'"),
     Field("scale", (), "1", "fraction of the commanded twist that was asked for"),
-    Field("status", (), "1", "what was true of the tick (bits of stillreach.Status)", np.int32),
+    Field("status", (), "1", "what was true of the tick (bits of stillreach.Status)", np.int32, STATUS_CODES),
     Field("lower", ("joint",), "joint/s", "lower bound of the joint rates"),
     Field("upper", ("joint",), "joint/s", "upper bound of the joint rates"),
-    Field("health", ("joint",), "1", "state of the joints", np.int8),
+    Field("health", ("joint",), "1", "state of the joints", np.int8, len(HEALTH)),
 )
-
-HEALTH = ("healthy", "locked", "derated", "runaway")
-"""Meaning of the codes in ``health``, from 0 on."""
 
 
 def empty_record(ticks: int, joints: int) -> dict[str, np.ndarray]:

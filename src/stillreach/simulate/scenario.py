@@ -100,7 +100,11 @@ class Scenario:
     def __post_init__(self) -> None:
         if not isinstance(self.arm, Arm):
             raise InputError("arm", _door.describe(self.arm), "an Arm")
+        for name in (self.arm.name, *self.arm.joint_names):
+            _door.text("arm", name)
         checked = {
+            "name": _door.text("name", self.name),
+            "description": _door.text("description", self.description),
             "law": LeastError() if self.law is None else self.law,
             "task": Task() if self.task is None else self.task,
             "start": _door.vector("start", self.start, self.arm.n, labels=self.arm.labels),
