@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -17,7 +18,7 @@ from stillreach.control.null_motion import NullMotion, checked_null_motion, null
 from stillreach.errors import InputError
 from stillreach.faults import Derated, FaultKind, Locked, fault_kind
 from stillreach.laws import Law, LeastError
-from stillreach.status import Health
+from stillreach.status import Health, Status
 from stillreach.task import Task, task_of
 
 CONSTRUCTOR = {"velocity": "rate_limits", "position": "position_limits", "acceleration": "acceleration_limits"}
@@ -63,7 +64,10 @@ class Controller(ControllerCore):
         "_settings",
         "_task",
         "_track_limits",
+        "tick",
     )
+    tick: Callable[[], Status]
+    """A place for the tick that ``bind`` returns, where the controller's owner keeps it here; copies do not have it."""
 
     def __init__(
         self,

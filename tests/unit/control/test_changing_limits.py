@@ -1,5 +1,7 @@
 """set_limits and set_speed while the loop runs: what is refused, and how rates come down to new limits."""
 
+import copy
+
 import numpy as np
 import pytest
 
@@ -36,6 +38,14 @@ def test_a_setting_that_is_assigned_to_is_refused_not_ignored(name):
     ctl = slide()
     with pytest.raises(AttributeError, match=f"{name} cannot be set.*set_limits"):
         setattr(ctl, name, 0.05)
+
+
+def test_a_controller_may_keep_its_bound_tick_and_a_copy_has_none():
+    ctl, rates = slide(), np.zeros(1)
+    ctl.tick = ctl.bind(q=np.zeros(1), twist=np.ones(6), rates=rates)
+    ctl.tick()
+    assert rates[0] == 1.0
+    assert not hasattr(copy.copy(ctl), "tick")
 
 
 def test_a_subclass_may_have_attributes_of_its_own_but_no_setting_by_assignment():
