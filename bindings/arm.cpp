@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cstring>
 
-#include "pool.hpp"
 #include "settings.hpp"
 
 // Whom each of the chain's joints follows; without followers each follows itself, and nothing is kept.
@@ -45,16 +44,12 @@ constexpr long kRowsAlone = 512;  // fewer are not worth waking a thread
 static void each_row(const stillreach::KinematicsBatch& b, long count) {
   const std::size_t wanted = kernel().kinematics_doubles(b.arm.n, b.count, b.metric.joints != nullptr);
   const auto work = [&](std::ptrdiff_t first, std::ptrdiff_t last, const Stopped&) {
-    static thread_local std::vector<double> scratch;
-    kernel().kinematics_rows(b, first, last, aligned(scratch, wanted));
+    static thread_local std::vector<double> kept;
+    Lease<std::vector<double>> scratch(kept);
+    kernel().kinematics_rows(b, first, last, aligned(*scratch, wanted));
   };
   if (count <= kRowsAtOnce) return work(0, count, {});
-  bool finished;
-  {
-    const nb::gil_scoped_release released;
-    finished = run_blocks(count, kRowsAtOnce, count > kRowsAlone ? default_threads() : 1, work, no_signal);
-  }
-  if (!finished) nb::raise_python_error();
+  run_unlocked(count, kRowsAtOnce, count > kRowsAlone ? default_threads() : 1, work);
 }
 
 // Poses (N, 4, 4) or Jacobians (N, 6, n) at each row of q (N, n).

@@ -1,26 +1,36 @@
 // solve_batch: rows in parallel, without the interpreter's lock.
 #include <nanobind/stl/pair.h>
 
+#include <algorithm>
 #include <vector>
 
-#include "pool.hpp"
 #include "settings.hpp"
 
 namespace {
 
-constexpr std::ptrdiff_t kRowsAtOnce = 256;
+// Rows between two looks at the signals: fewer of long arms, and of those whose full joint weight is factored in each row.
+std::ptrdiff_t rows_at_once(std::ptrdiff_t n, bool full) {
+  return full ? std::clamp<std::ptrdiff_t>(4096 / (n * n), 1, 256) : std::clamp<std::ptrdiff_t>(4096 / n / 8 * 8, 8, 256);
+}
 
 // The core's scratch memory of one thread.
 struct BatchScratch {
   std::vector<double> doubles;
   std::vector<int> ints;
   std::vector<std::int8_t> bytes;
+  std::vector<double> rollout;
   stillreach::Memory fit(int n, bool full) {
     const auto grow = [](auto& v, std::size_t count) { if (v.size() < count) v.resize(count); };
     grow(ints, kernel().batch_ints(n)), grow(bytes, kernel().batch_bytes(n));
     return {aligned(doubles, kernel().batch_doubles(n, full)), ints.data(), bytes.data()};
   }
+  double* fit_rollout(int n) {
+    if (rollout.size() < kernel().rollout_doubles(n)) rollout.resize(kernel().rollout_doubles(n));
+    return rollout.data();
+  }
 };
+
+thread_local BatchScratch batch_scratch;
 
 // Opens the arrays of a call and keeps them open.
 class Arrays {
@@ -105,18 +115,10 @@ void solve_batch(const Law& law, const Metric& metric, nb::handle arm, nb::seque
   b.pose = out.numbers("pose", {count, 4, 4}, true), b.jacobian = out.numbers("jacobian", {count, m, n}, true);
   b.active = out.integers<std::int8_t>("active", count * n, "int8"), b.iterations = out.integers<std::int32_t>("iterations", count, "int32");
   const bool full = b.metric.joints != nullptr;
-  bool finished;
-  {
-    const nb::gil_scoped_release released;
-    finished = run_blocks(
-        count, kRowsAtOnce, threads > 0 ? threads : default_threads(),
-        [&](std::ptrdiff_t first, std::ptrdiff_t last, const Stopped&) {
-          static thread_local BatchScratch scratch;
-          kernel().batch(b, first, last, scratch.fit(b.arm.n, full));
-        },
-        no_signal);
-  }
-  if (!finished) nb::raise_python_error();
+  run_unlocked(count, rows_at_once(n, full), threads > 0 ? threads : default_threads(), [&](std::ptrdiff_t first, std::ptrdiff_t last, const Stopped&) {
+    Lease<BatchScratch> scratch(batch_scratch);
+    kernel().batch(b, first, last, scratch->fit(b.arm.n, full));
+  });
 }
 
 // Many scenarios advanced together; `given` and `answers` by name as below.
@@ -145,23 +147,14 @@ void rollout_batch(const Law& law, const Metric& metric, const Arm& arm, nb::seq
   r.final_q = out.numbers("final_q", {count, n}, true), r.final_rates = out.numbers("final_rates", {count, n}, true);
   r.worst_error = out.numbers("worst_error", {count}, true), r.any_status = out.integers<std::int32_t>("any_status", count, "int32");
   const bool full = b.metric.joints != nullptr;
-  bool finished;
-  {
-    const nb::gil_scoped_release released;
-    finished = run_blocks(
-        count, stillreach::kRolloutBlock, threads > 0 ? threads : default_threads(),
-        [&](std::ptrdiff_t first, std::ptrdiff_t last, const Stopped& stopped) {
-          static thread_local BatchScratch scratch;
-          static thread_local std::vector<double> own;
-          if (own.size() < kernel().rollout_doubles(b.arm.n)) own.resize(kernel().rollout_doubles(b.arm.n));
-          stillreach::BatchRollout mine = r;
-          mine.stop = [](void* context) { return (*static_cast<const Stopped*>(context))(); };
-          mine.context = const_cast<Stopped*>(&stopped);
-          kernel().rollout_rows(mine, first, last, scratch.fit(b.arm.n, full), own.data());
-        },
-        no_signal);
-  }
-  if (!finished) nb::raise_python_error();
+  const std::ptrdiff_t block = std::min<std::ptrdiff_t>(rows_at_once(n, full), stillreach::kRolloutBlock);
+  run_unlocked(count, block, threads > 0 ? threads : default_threads(), [&](std::ptrdiff_t first, std::ptrdiff_t last, const Stopped& stopped) {
+    Lease<BatchScratch> scratch(batch_scratch);
+    stillreach::BatchRollout mine = r;
+    mine.stop = [](void* context) { return (*static_cast<const Stopped*>(context))(); };
+    mine.context = const_cast<Stopped*>(&stopped);
+    kernel().rollout_rows(mine, first, last, scratch->fit(b.arm.n, full), scratch->fit_rollout(b.arm.n));
+  });
 }
 
 }  // namespace

@@ -3,97 +3,119 @@
 #include <cmath>
 #include <cstring>
 
-static const double kRigid = 1e-9;  // as _door.RIGID_TOLERANCE
-
-bool read_pose(const double* T, double* frame) {
-  bool right = T[12] == 0.0 && T[13] == 0.0 && T[14] == 0.0 && T[15] == 1.0;
-  for (int c = 0; c < 4; ++c)
-    for (int r = 0; r < 3; ++r) frame[3 * c + r] = T[4 * r + c], right &= std::isfinite(T[4 * r + c]);
-  for (int a = 0; a < 3; ++a)
-    for (int b = 0; b <= a; ++b) {
-      double dot = 0.0;
-      for (int r = 0; r < 3; ++r) dot += frame[3 * a + r] * frame[3 * b + r];
-      right &= std::fabs(dot - (a == b)) <= kRigid;
-    }
-  const double* f = frame;
-  const double det = f[0] * (f[4] * f[8] - f[5] * f[7]) - f[3] * (f[1] * f[8] - f[2] * f[7]) + f[6] * (f[1] * f[5] - f[2] * f[4]);
-  return right && det > 0.0;
+void Controller::take_next() {
+  const std::unique_ptr<NullMotion> taken = std::move(next);
+  std::memcpy(const_cast<double*>(state.null_vector), taken->vector.data(), sizeof(double) * n());
+  state.null_kind = taken->kind, state.null_gain = taken->gain, state.null_largest = taken->largest;
+  std::swap(gradient, taken->gradient);  // the old one ends with `taken`, and may run Python code then
 }
 
 bool Controller::update_gradient(const double* q, bool raise) {
-  double* to = const_cast<double*>(state.null_vector);
+  const nb::object called = gradient;
+  Lease<std::vector<double>> read(proposed);
+  read->assign(n(), 0.0);
+  bool fine = true;
   try {
     nb::object at = new_vector(n());
     View view;
     view.open(at);
     std::memcpy(view.data(), q, sizeof(double) * n());
-    nb::object value = gradient(at);
-    std::vector<double> read(n());
-    read_vector("gradient(q)", value, n(), read.data());
-    std::memcpy(to, read.data(), sizeof(double) * n());
-    return true;
+    read_vector("gradient(q)", called(at), n(), read->data(), true, labels);
   } catch (nb::python_error& error) {
-    if (raise) throw;
+    if (raise || !error.matches(PyExc_Exception) || error.matches(PyExc_KeyboardInterrupt)) throw;
     error.discard_as_unraisable("stillreach: the null motion's gradient");
+    read->assign(n(), 0.0), fine = false;
   }
-  std::memset(to, 0, sizeof(double) * n());
-  return false;
+  // A tick inside the gradient may have brought another null motion, whose numbers these are not.
+  if (gradient.is(called)) std::memcpy(const_cast<double*>(state.null_vector), read->data(), sizeof(double) * n());
+  return fine;
 }
 
 static void make_controller(Controller* self, const Arm& arm, const Law& law, const Metric& metric, nb::sequence rows, bool tool_axes,
-                            double period, nb::handle rate_lower, nb::handle rate_upper, nb::handle position_lower,
-                            nb::handle position_upper, nb::handle acceleration, double return_rate, double transition_rate,
-                            double track_gain, double track_linear, double track_angular) {
+                            double period, nb::handle rotary, nb::handle labels, double return_rate, double transition_rate,
+                            double track_gain) {
   new (self) Controller();
   Controller& c = *self;
-  c.arm = arm, c.metric = metric.data;
+  c.arm = arm, c.metric = metric.data, c.labels = nb::borrow(labels);
   const int n = arm.n, m = static_cast<int>(nb::len(rows));
   stillreach::ControllerState& s = c.state;
   s.arm = c.arm.view(), s.law = law.settings, s.metric = c.metric->view(), s.m = m;
   s.every_row = m == 6 && !tool_axes, s.tool_axes = tool_axes;
   for (int r = 0; r < m; ++r) s.rows[r] = nb::cast<int>(rows[r]), s.every_row = s.every_row && s.rows[r] == r;
   s.period = period, s.return_rate = return_rate, s.transition_rate = transition_rate;
-  s.track_gain = track_gain, s.track_linear = track_linear, s.track_angular = track_angular;
+  s.track_gain = track_gain, s.track_linear = s.track_angular = std::numeric_limits<double>::infinity();
   s.null_kind = stillreach::NULL_NONE, s.null_largest = std::numeric_limits<double>::infinity();
 
-  c.numbers.assign(34 * static_cast<std::size_t>(n), 0.0), c.bytes.assign(4 * static_cast<std::size_t>(n), 0);
+  c.numbers.assign(34 * static_cast<std::size_t>(n), 0.0), c.bytes.assign(6 * static_cast<std::size_t>(n), 0);
   double* at = c.numbers.data();
   const auto take = [&](int times) { double* p = at; at += static_cast<std::size_t>(times) * n; return p; };
-  const auto copy = [&](const char* name, nb::handle from) {
-    double* p = take(1);
-    read_vector(name, from, n, p, false);
-    return p;
-  };
-  s.rate_lower = copy("rate_limits", rate_lower), s.rate_upper = copy("rate_limits", rate_upper);
-  s.position_lower = copy("position_limits", position_lower), s.position_upper = copy("position_limits", position_upper);
-  s.acceleration = copy("acceleration_limits", acceleration);
+  s.rate_lower = take(1), s.rate_upper = take(1), s.position_lower = take(1), s.position_upper = take(1), s.acceleration = take(1);
   s.null_vector = take(1), s.fault_value = take(1), s.last = take(1), s.anchor = take(1), s.lower = take(1), s.upper = take(1), s.reference = take(1);
   s.task_jacobian = s.every_row ? nullptr : take(6), s.scratch = take(10), s.jacobian = take(6);
   if (s.every_row) s.task_jacobian = s.jacobian;
-  s.constant_bounds = 1;
-  for (int i = 0; i < n; ++i)
-    s.constant_bounds &= std::isinf(s.position_lower[i]) && std::isinf(s.position_upper[i]) && std::isinf(s.acceleration[i]);
   s.health = c.bytes.data(), s.active = s.health + n, s.lower_reason = s.active + n, s.upper_reason = s.lower_reason + n;
-  c.rates.assign(n, 0.0), c.measured.assign(n, 0.0), c.residual.assign(6, 0.0), c.active.assign(n, 0);
+  s.closing = s.upper_reason + n;
+  std::int8_t* const turns = s.closing + n;
+  for (int i = 0; i < n; ++i) turns[i] = nb::cast<bool>(rotary[i]);
+  s.rotary = turns;
+  c.rates.assign(n, 0.0), c.residual.assign(6, 0.0), c.active.assign(n, 0);
   c.answer.rates = c.rates.data(), c.answer.residual = c.residual.data(), c.answer.active = c.active.data();
   c.scratch.fit(n, !c.metric->joints.empty());
 }
 
-// to: the numbers of `out`, where there is one.
-static Solution take_solution(Controller& c, nb::handle out, double* to) {
+// closing: the Closing bits of what closes in within the acceleration limits.
+static void set_limits(Controller& c, nb::handle rate_lower, nb::handle rate_upper, nb::handle position_lower, nb::handle position_upper,
+                       nb::handle acceleration, double speed, int closing) {
+  const int n = c.n();
+  stillreach::ControllerState& s = c.state;
+  const auto copy = [&](nb::handle from, const double* to) { read_vector("limits", from, n, const_cast<double*>(to), false); };
+  copy(rate_lower, s.rate_lower), copy(rate_upper, s.rate_upper), copy(acceleration, s.acceleration);
+  copy(position_lower, s.position_lower), copy(position_upper, s.position_upper);
+  s.speed = speed, s.constant_bounds = 1, s.bounds_stand = 0;
+  for (int i = 0; i < n; ++i) {
+    s.constant_bounds &= std::isinf(s.position_lower[i]) && std::isinf(s.position_upper[i]) && std::isinf(s.acceleration[i]);
+    s.closing[i] = static_cast<std::int8_t>(s.closing[i] | closing);
+  }
+}
+
+static void set_track_limits(Controller& c, double linear, double angular) { c.state.track_linear = linear, c.state.track_angular = angular; }
+
+// What the controller did and what is broken, for a copy of it: numbers, then one byte each.
+template <class Visit>
+static void each_memory(stillreach::ControllerState& s, int n, Visit visit) {
+  visit(s.fault_value, n), visit(s.last, n), visit(s.anchor, n), visit(s.plane, 6), visit(&s.transition, 1);
+  visit(s.health, n), visit(s.active, n), visit(s.closing, n);
+}
+
+static nb::bytes get_state(Controller& c) {
+  std::string all;
+  const auto add = [&](const auto* from, int count) { all.append(reinterpret_cast<const char*>(from), sizeof *from * count); };
+  each_memory(c.state, c.n(), add);
+  return nb::bytes(all.data(), all.size());
+}
+
+static void set_state(Controller& c, nb::bytes state) {
+  const int n = c.n();
+  const std::size_t wanted = sizeof(double) * (3 * n + 7) + 3 * n;
+  if (state.size() != wanted) refuse("state", std::to_string(state.size()) + " bytes", std::to_string(wanted) + " bytes");
+  const char* at = static_cast<const char*>(state.data());
+  const auto take = [&](auto* to, int count) { std::memcpy(to, at, sizeof *to * count), at += sizeof *to * count; };
+  each_memory(c.state, n, take);
+  c.state.bounds_stand = 0;
+}
+
+// Runs a tick and takes what it answers. All memory is found before the tick, so that it runs whole or not at all.
+static Solution solution_of_tick(Controller& c, const double* q, const double* twist, const double* target, double period, nb::handle out) {
   const int n = c.n(), m = c.state.m;
   Solution s;
   s.metric = c.metric, s.m = m, s.n = n, s.rank_tolerance = c.state.law.rank_tolerance;
-  if (out.is_none()) {
-    s.rates = new_vector(n);
-    View view;
-    to = numpy_vector(s.rates, n, true);
-    if (!to && view.open(s.rates)) to = view.data();
-  } else {
-    s.rates = nb::borrow(out);
-  }
-  std::memcpy(to, c.rates.data(), sizeof(double) * n);
   s.make_room();
+  s.rates = out.is_none() ? new_vector(n) : nb::borrow(out);
+  View view;
+  double* to = numpy_vector(s.rates, n, true);
+  if (!to) view = strict("out", s.rates, {n}, true), to = view.data();
+  c.run(q, twist, target, period);
+  std::memcpy(to, c.rates.data(), sizeof(double) * n);
   std::memcpy(s.jacobian(), c.state.task_jacobian, sizeof(double) * m * n);
   std::memcpy(s.lower(), c.state.lower, sizeof(double) * n);
   std::memcpy(s.upper(), c.state.upper, sizeof(double) * n);
@@ -107,85 +129,145 @@ static Solution take_solution(Controller& c, nb::handle out, double* to) {
   return s;
 }
 
-// The numbers of `out` (n,), null where there is none; view keeps it open where it is no plain NumPy array.
-static double* open_out(nb::handle out, long n, View& view) {
-  if (out.is_none()) return nullptr;
-  if (double* to = numpy_vector(out, n, true)) return to;
-  view = strict("out", out, {n}, true);
-  return view.data();
+// [s] of this tick, 0 for the controller's own.
+static double read_period(nb::handle period) {
+  if (period.is_none()) return 0.0;
+  return nb::cast<double>(nb::module_::import_("stillreach._door").attr("positive")("period", period));
 }
 
-static Solution step(Controller& c, nb::handle q, nb::handle twist, nb::handle out) {
-  std::vector<double>& at = c.measured;
+// Names of the rows of a twist.
+static nb::handle twist_labels() {
+  static PyObject* const labels = nb::object(nb::module_::import_("stillreach._door").attr("TWIST")).release().ptr();
+  return labels;
+}
+
+static Solution step(Controller& c, nb::handle q, nb::handle twist, nb::handle period, nb::handle out) {
+  Lease<std::vector<double>> at(c.measured);
+  at->resize(c.n());
   double command[6];
-  View view;
-  double* const to = open_out(out, c.n(), view);
-  read_vector("q", q, c.n(), at.data());
-  read_vector("twist", twist, 6, command);
-  if (!c.gradient.is_none()) c.update_gradient(at.data(), true);
-  c.run(at.data(), command, nullptr);
-  return take_solution(c, out, to);
+  read_vector("q", q, c.n(), at->data(), true, c.labels);
+  read_vector("twist", twist, 6, command, true, twist_labels());
+  const double held = read_period(period);
+  c.prepare(at->data(), true);
+  return solution_of_tick(c, at->data(), command, nullptr, held, out);
 }
 
-static Solution track(Controller& c, nb::handle q, nb::handle target_pose, nb::handle feedforward, nb::handle out) {
-  std::vector<double>& at = c.measured;
+static Solution track(Controller& c, nb::handle q, nb::handle target_pose, nb::handle feedforward, nb::handle period, nb::handle out) {
+  Lease<std::vector<double>> at(c.measured);
+  at->resize(c.n());
   double command[6] = {0, 0, 0, 0, 0, 0}, target[12];
-  View view;
-  double* const to = open_out(out, c.n(), view);
-  read_vector("q", q, c.n(), at.data());
+  read_vector("q", q, c.n(), at->data(), true, c.labels);
   View matrix;
   nb::object converted;
   if (!(matrix.open(target_pose) && matrix.is_double() && matrix.is_contiguous() && matrix.ndim() == 2 && matrix.size(0) == 4 && matrix.size(1) == 4)) {
     converted = nb::module_::import_("stillreach._door").attr("pose")("target_pose", target_pose);
     matrix = strict("target_pose", converted, {4, 4}, false);
   }
-  if (!read_pose(matrix.data(), target)) {
+  if (!kernel().read_pose(matrix.data(), target)) {
     nb::module_::import_("stillreach._door").attr("pose")("target_pose", target_pose);
     refuse("target_pose", describe(target_pose), "a rigid transform (4 x 4)");
   }
-  if (!feedforward.is_none()) read_vector("feedforward", feedforward, 6, command);
-  if (!c.gradient.is_none()) c.update_gradient(at.data(), true);
-  c.run(at.data(), command, target);
-  return take_solution(c, out, to);
+  if (!feedforward.is_none()) read_vector("feedforward", feedforward, 6, command, true, twist_labels());
+  const double held = read_period(period);
+  c.prepare(at->data(), true);
+  return solution_of_tick(c, at->data(), command, target, held, out);
 }
 
 // The arrays of a bound tick, held open for as long as it lives. What a tick needs comes first, in one line of the cache.
-struct Bound {
-  Controller* c;
-  const double *q, *twist, *target;  // target: or null
+struct BoundTick {
+  Controller* c = nullptr;           // null once the garbage collector took it apart
+  const double *q, *twist, *target, *period;  // target, period: or null
   double* rates;
-  nb::object controller, arrays;
-  View views[4];
+  nb::object controller;
+  View views[5];  // they own the arrays
 };
 
-static nb::object tick(Bound& b) {
+static nb::object tick(BoundTick& b) {
+  if (!b.c) throw std::runtime_error("the controller of this tick is gone");
   Controller& c = *b.c;
   double frame[12];
-  const double* q = b.q;
+  const double *q = b.q, *twist = b.twist;
+  const double period = b.period ? *b.period : 0.0, unknown[6] = {std::nan("")};
   bool fine = true;
-  if (b.target && !read_pose(b.target, frame)) frame[0] = std::nan("");
-  if (!c.gradient.is_none()) {
+  if (b.target && !kernel().read_pose(b.target, frame)) frame[0] = std::nan("");
+  if (b.period && !(period > 0.0 && std::isfinite(period))) twist = unknown;
+  if (c.gradient.is_valid() || c.next) {
     bool finite = true;
     for (int i = 0; i < c.n(); ++i) finite &= std::isfinite(q[i]);
-    if (finite) fine = c.update_gradient(q, false);
+    if (finite) fine = c.prepare(q, false);
   }
-  c.run(q, b.twist, b.target ? frame : nullptr);
+  c.run(q, twist, b.target ? frame : nullptr, twist == unknown ? 0.0 : period);
   std::memcpy(b.rates, c.rates.data(), sizeof(double) * c.n());
   return status_object(fine ? c.answer.status : c.answer.status | stillreach::INVALID_INPUT);
 }
 
-static nb::object bind(nb::handle self, nb::handle q, nb::handle twist, nb::handle rates, nb::handle target) {
-  Controller& c = *nb::inst_ptr<Controller>(self);
-  auto b = std::make_unique<Bound>();
-  b->controller = nb::borrow(self), b->arrays = nb::make_tuple(q, twist, rates, target), b->c = &c;
+// tick() as Python calls it: a built-in function without arguments, which costs less than a bound method.
+static PyObject* call_tick(PyObject* self, PyObject*) {
+  try {
+    return tick(*nb::inst_ptr<BoundTick>(self)).release().ptr();
+  } catch (nb::python_error& error) {
+    error.restore();
+  } catch (const std::bad_alloc&) {
+    PyErr_NoMemory();
+  } catch (const std::exception& error) {
+    PyErr_SetString(PyExc_RuntimeError, error.what());
+  }
+  return nullptr;
+}
+
+static nb::object bind(nb::pointer_and_handle<Controller> self, nb::handle q, nb::handle twist, nb::handle rates, nb::handle target, nb::handle period) {
+  static PyMethodDef method{"tick", &call_tick, METH_NOARGS, "One tick on the bound arrays: reads them, writes the rates, returns the Status."};
+  Controller& c = *self.p;
+  const nb::object owner = nb::inst_alloc(nb::type<BoundTick>());
+  BoundTick* const b = new (nb::inst_ptr<BoundTick>(owner)) BoundTick();
+  nb::inst_mark_ready(owner);
   b->views[0] = strict("q", q, {c.n()}, false);
   b->views[1] = strict("twist", twist, {6}, false);
   b->views[2] = strict("rates", rates, {c.n()}, true);
   if (!target.is_none()) b->views[3] = strict("target", target, {4, 4}, false);
+  if (!period.is_none()) b->views[4] = strict("period", period, {1}, false);
   b->q = b->views[0].data(), b->twist = b->views[1].data(), b->rates = b->views[2].data();
-  b->target = target.is_none() ? nullptr : b->views[3].data();
-  return nb::cpp_function([bound = std::shared_ptr<Bound>(std::move(b))]() { return tick(*bound); }, nb::name("tick"));
+  b->target = target.is_none() ? nullptr : b->views[3].data(), b->period = period.is_none() ? nullptr : b->views[4].data();
+  b->controller = nb::borrow(self.h), b->c = &c;
+  PyObject* const function = PyCFunction_NewEx(&method, owner.ptr(), nullptr);
+  if (!function) nb::raise_python_error();
+  return nb::steal(function);
 }
+
+// The garbage collector's view of what a controller and a bound tick own.
+static int visit_controller(PyObject* self, visitproc visit, void* arg) {
+  Py_VISIT(Py_TYPE(self));
+  if (!nb::inst_ready(self)) return 0;
+  const Controller& c = *nb::inst_ptr<Controller>(self);
+  Py_VISIT(c.gradient.ptr());
+  if (c.next) Py_VISIT(c.next->gradient.ptr());
+  return 0;
+}
+
+static int clear_controller(PyObject* self) {
+  if (!nb::inst_ready(self)) return 0;
+  Controller& c = *nb::inst_ptr<Controller>(self);
+  const nb::object gradient = std::move(c.gradient);
+  const std::unique_ptr<NullMotion> next = std::move(c.next);
+  return 0;
+}
+
+static int visit_tick(PyObject* self, visitproc visit, void* arg) {
+  Py_VISIT(Py_TYPE(self));
+  if (!nb::inst_ready(self)) return 0;
+  const BoundTick& b = *nb::inst_ptr<BoundTick>(self);
+  Py_VISIT(b.controller.ptr());
+  for (const View& view : b.views) Py_VISIT(view.owner());
+  return 0;
+}
+
+static int clear_tick(PyObject* self) {
+  if (nb::inst_ready(self)) const BoundTick taken = std::exchange(*nb::inst_ptr<BoundTick>(self), BoundTick());
+  return 0;
+}
+
+static PyType_Slot controller_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&visit_controller)}, {Py_tp_clear, reinterpret_cast<void*>(&clear_controller)}, {0, nullptr}};
+static PyType_Slot tick_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&visit_tick)}, {Py_tp_clear, reinterpret_cast<void*>(&clear_tick)}, {0, nullptr}};
 
 static void set_health(Controller& c, int joint, int health, double value) {
   kernel().set_health(c.state, joint, health, value);
@@ -194,55 +276,62 @@ static void set_health(Controller& c, int joint, int health, double value) {
 static void reset(Controller& c, nb::handle rates) {
   if (rates.is_none())
     std::memset(c.state.last, 0, sizeof(double) * c.n());
-  else
-    read_vector("rates", rates, c.n(), c.measured.data()), std::memcpy(c.state.last, c.measured.data(), sizeof(double) * c.n());
+  else {
+    std::vector<double> read(c.n());
+    read_vector("rates", rates, c.n(), read.data(), true, c.labels);
+    std::memcpy(c.state.last, read.data(), sizeof(double) * c.n());
+  }
   std::memset(c.state.active, 0, c.n());
   std::memset(c.state.plane, 0, sizeof c.state.plane);
   c.state.transition = 0.0;
 }
 
 static void set_null_motion(Controller& c, int kind, double gain, double largest, nb::handle vector, nb::handle gradient) {
-  std::vector<double> read(c.n(), 0.0);
-  if (!vector.is_none()) read_vector("null_motion", vector, c.n(), read.data());
-  std::memcpy(const_cast<double*>(c.state.null_vector), read.data(), sizeof(double) * c.n());
-  c.state.null_kind = kind, c.state.null_gain = gain, c.state.null_largest = largest;
-  c.gradient = nb::borrow(gradient);
+  auto next = std::make_unique<NullMotion>();
+  next->kind = kind, next->gain = gain, next->largest = largest, next->vector.assign(c.n(), 0.0);
+  if (!vector.is_none()) read_vector("null_motion", vector, c.n(), next->vector.data());
+  if (!gradient.is_none()) next->gradient = nb::borrow(gradient);
+  std::swap(c.next, next);
 }
 
 void bind_controller(nb::module_& m) {
-  nb::class_<Controller> c(m, "ControllerCore", "The compiled part of stillreach.Controller.");
-  c.def("__init__",
-        [](Controller* self, const Arm& arm, const Law& law, const Metric& metric, nb::sequence rows, bool tool_axes, double period,
-           nb::handle rate_lower, nb::handle rate_upper, nb::handle position_lower, nb::handle position_upper, nb::handle acceleration,
-           double return_rate, double transition_rate, double track_gain, double track_linear, double track_angular) {
-          make_controller(self, arm, law, metric, rows, tool_axes, period, rate_lower, rate_upper, position_lower, position_upper,
-                          acceleration, return_rate, transition_rate, track_gain, track_linear, track_angular);
-          self->gradient = nb::none();
-        },
-        nb::kw_only(), nb::arg("arm"), nb::arg("law"), nb::arg("metric"), nb::arg("rows"), nb::arg("tool_axes"), nb::arg("period"),
-        nb::arg("rate_lower"), nb::arg("rate_upper"), nb::arg("position_lower"), nb::arg("position_upper"), nb::arg("acceleration"),
-        nb::arg("return_rate"), nb::arg("transition_rate"), nb::arg("track_gain"), nb::arg("track_linear"), nb::arg("track_angular"));
-  c.def("step", &step, nb::arg("q").none(), nb::arg("twist").none(), nb::kw_only(), nb::arg("out").none() = nb::none(),
-        nb::sig("def step(self, q: numpy.typing.ArrayLike, twist: numpy.typing.ArrayLike, *, "
-                "out: numpy.typing.NDArray[numpy.float64] | None = None) -> Solution"),
-        "One tick: q (n,) [rad, m] measured, twist (6,) [m/s, rad/s] commanded along base axes -> Solution.\n\n"
-        "out (n,) receives the rates instead of a new array. Raises InputError for anything that is not finite or not of the right "
-        "shape; the controller is then as it was.");
-  c.def("track", &track, nb::arg("q").none(), nb::arg("target_pose").none(), nb::arg("feedforward").none() = nb::none(), nb::kw_only(),
+  nb::class_<BoundTick>(m, "BoundTick", nb::type_slots(tick_slots), "The arrays that Controller.bind() bound, held open.");
+  nb::class_<Controller> c(m, "ControllerCore", nb::type_slots(controller_slots), "The compiled part of stillreach.Controller.");
+  c.def("__init__", &make_controller, nb::kw_only(), nb::arg("arm"), nb::arg("law"), nb::arg("metric"), nb::arg("rows"),
+        nb::arg("tool_axes"), nb::arg("period"), nb::arg("rotary"), nb::arg("labels"), nb::arg("return_rate"), nb::arg("transition_rate"),
+        nb::arg("track_gain"));
+  c.def("step", &step, nb::arg("q").none(), nb::arg("twist").none(), nb::kw_only(), nb::arg("period").none() = nb::none(),
         nb::arg("out").none() = nb::none(),
-        nb::sig("def track(self, q: numpy.typing.ArrayLike, target_pose: numpy.typing.ArrayLike, feedforward: "
-                "numpy.typing.ArrayLike | None = None, *, out: numpy.typing.NDArray[numpy.float64] | None = None) -> Solution"),
+        nb::sig("def step(self, q: numpy.typing.ArrayLike | collections.abc.Mapping[str, float], twist: numpy.typing.ArrayLike | "
+                "collections.abc.Mapping[str, float], *, period: float | None = None, out: numpy.typing.NDArray[numpy.float64] | None = "
+                "None) -> Solution"),
+        "One tick: q (n,) [rad, m] measured, twist (6,) [m/s, rad/s] commanded along base axes -> Solution.\n\n"
+        "q may be a mapping or a pandas Series by joint name. period [s] is how long these rates are held, where that differs from tick "
+        "to tick; None: the controller's. out (n,) receives the rates instead of a new array. Raises InputError for anything that is not "
+        "finite or not of the right shape; the controller is then as it was.");
+  c.def("track", &track, nb::arg("q").none(), nb::arg("target_pose").none(), nb::arg("feedforward").none() = nb::none(), nb::kw_only(),
+        nb::arg("period").none() = nb::none(), nb::arg("out").none() = nb::none(),
+        nb::sig("def track(self, q: numpy.typing.ArrayLike | collections.abc.Mapping[str, float], target_pose: numpy.typing.ArrayLike, "
+                "feedforward: numpy.typing.ArrayLike | collections.abc.Mapping[str, float] | None = None, *, period: float | None = None, "
+                "out: numpy.typing.NDArray[numpy.float64] | None = None) -> Solution"),
         "One tick that closes the loop on the tool's pose: target_pose (4, 4) [m] in the base frame, feedforward (6,) the twist "
-        "that the target moves with -> Solution.");
-  c.def("bind", [](nb::handle self, nb::handle q, nb::handle twist, nb::handle rates, nb::handle target) { return bind(self, q, twist, rates, target); },
-        nb::kw_only(), nb::arg("q").none(), nb::arg("twist").none(), nb::arg("rates").none(), nb::arg("target").none() = nb::none(),
+        "that the target moves with -> Solution.\n\n"
+        "A target within 1e-5 of a rigid transform (float32, six decimals) is brought to the nearest one. q, period and out: as of step.");
+  c.def("bind", &bind, nb::kw_only(), nb::arg("q").none(), nb::arg("twist").none(), nb::arg("rates").none(), nb::arg("target").none() = nb::none(),
+        nb::arg("period").none() = nb::none(),
         nb::sig("def bind(self, *, q: numpy.typing.NDArray[numpy.float64], twist: numpy.typing.NDArray[numpy.float64], rates: "
-                "numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64] | None = None) -> "
-                "collections.abc.Callable[[], stillreach.status.Status]"),
+                "numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64] | None = None, period: "
+                "numpy.typing.NDArray[numpy.float64] | None = None) -> collections.abc.Callable[[], stillreach.status.Status]"),
         "Binds arrays once: the returned tick() reads q (n,) and twist (6,), with target (4, 4) the pose to track and twist the "
-        "feedforward, writes rates (n,) in place and returns the Status. It never raises: input that is not finite is answered "
-        "with INVALID_INPUT and braking. Inputs are read before rates are written, so that the arrays may overlap.");
+        "feedforward, with period (1,) how long the rates are held [s], writes rates (n,) in place and returns the Status. It "
+        "raises no Exception: input that is not finite, a target that is no pose and a period that is not above 0 are answered with "
+        "INVALID_INPUT and braking. Ctrl-C in a gradient is raised, and the tick is left out. Inputs are read before rates are written, so that the arrays may overlap.");
   c.def("_set_health", &set_health, nb::arg("joint"), nb::arg("health"), nb::arg("value"));
+  c.def("_set_limits", &set_limits, nb::arg("rate_lower"), nb::arg("rate_upper"), nb::arg("position_lower"), nb::arg("position_upper"),
+        nb::arg("acceleration"), nb::arg("speed"), nb::arg("closing"));
+  c.def("_set_track_limits", &set_track_limits, nb::arg("linear"), nb::arg("angular"));
+  c.def("_get_state", &get_state);
+  c.def("_set_state", &set_state, nb::arg("state"));
   c.def("_reset", &reset, nb::arg("rates").none());
   c.def("_set_null_motion", &set_null_motion, nb::arg("kind"), nb::arg("gain"), nb::arg("largest"), nb::arg("vector").none(),
         nb::arg("gradient").none());
@@ -258,4 +347,13 @@ void bind_controller(nb::module_& m) {
     return array;
   }, nb::sig("def last_rates(self) -> numpy.typing.NDArray[numpy.float64]"), "(n,) the last commanded rates.");
   bind_rollout(c);
+  m.attr("RIGID_TOLERANCE") = stillreach::kRigid;
+  m.def("rigid", [](nb::handle T) -> nb::object {
+    double pose[12];
+    if (!kernel().read_pose(strict("T", T, {4, 4}, false).data(), pose)) return nb::none();
+    nb::object rigid = new_array(nb::make_tuple(4, 4));
+    stillreach::write_pose(pose, strict("T", rigid, {4, 4}, true).data());
+    return rigid;
+  }, nb::arg("T"), nb::sig("def rigid(T: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64] | None"),
+        "The rigid transform nearest to T (4, 4), or None where none is within RIGID_TOLERANCE.");
 }

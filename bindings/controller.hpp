@@ -3,6 +3,14 @@
 
 #include "solution.hpp"
 
+// A null motion as _set_null_motion() brings it.
+struct NullMotion {
+  int kind;
+  double gain, largest;
+  std::vector<double> vector;  // n
+  nb::object gradient;         // a callable q -> (n,); invalid where there is none
+};
+
 struct Controller {
   Arm arm;
   std::shared_ptr<const MetricData> metric;
@@ -10,20 +18,33 @@ struct Controller {
   Scratch scratch;
   std::vector<double> numbers;       // everything that `state` points to
   std::vector<std::int8_t> bytes;
-  std::vector<double> rates, residual, measured;
+  std::vector<double> rates, residual;
+  std::vector<double> measured, proposed;  // leased to one call at a time
   std::vector<std::int8_t> active;
   stillreach::Answer answer{};
-  nb::object gradient;               // a callable q -> (n,), or none
+  nb::object gradient;               // the null motion's, evaluated before each tick; invalid where there is none
+  std::unique_ptr<NullMotion> next;  // the null motion from the next tick on, where it was set since the last one
+  nb::object labels;                 // _door.Labels of the joints
 
   int n() const { return state.arm.n; }
-  void run(const double* q, const double* twist, const double* target) {
+  // period: [s] of this tick alone, 0 for the controller's own.
+  void run(const double* q, const double* twist, const double* target, double period) {
+    const double own = state.period;
+    if (period > 0.0) state.period = period, state.uneven = 1;
     kernel().tick(state, q, twist, target, scratch.memory(), answer);
+    state.period = own, state.uneven = 0;
   }
-  // Evaluates the user's gradient at q. False, with the null motion off for this tick, where it failed.
+  // Called before each tick: takes over a null motion that was set meanwhile, and evaluates its gradient at q. False, with
+  // the null motion off for this tick, where the gradient failed and `raise` is false; what is no Exception, such as
+  // KeyboardInterrupt, is raised in any case.
+  bool prepare(const double* q, bool raise) {
+    if (next) take_next();
+    return !gradient.is_valid() || update_gradient(q, raise);
+  }
+
+ private:
+  void take_next();
   bool update_gradient(const double* q, bool raise);
 };
-
-// Row-major 4 x 4 pose to rotation by columns and translation. False: not a finite pose with a rotation in it.
-bool read_pose(const double* matrix, double* frame);
 
 void bind_rollout(nb::class_<Controller>& c);

@@ -42,6 +42,7 @@ class View {
     }
     return open_ = true;
   }
+  PyObject* owner() const { return open_ ? buffer_.obj : nullptr; }
   double* data() const { return static_cast<double*>(buffer_.buf); }
   bool is_double() const { return buffer_.format && buffer_.format[0] == 'd' && buffer_.format[1] == 0; }
   bool is_writable() const { return !buffer_.readonly; }
@@ -92,6 +93,17 @@ inline double* numpy_vector(nb::handle object, long length, bool writable = fals
   return static_cast<double*>(static_cast<void*>(head->data));
 }
 
+inline PyTypeObject* array_type() {
+  static PyObject* const type = nb::object(nb::module_::import_("numpy").attr("ndarray")).release().ptr();
+  return reinterpret_cast<PyTypeObject*>(type);
+}
+
+// One of NumPy's arrays with a mask, which the buffer protocol does not show.
+inline bool is_masked(nb::handle object) {
+  if (Py_TYPE(object.ptr()) == array_type() || !PyObject_TypeCheck(object.ptr(), array_type())) return false;
+  return nb::cast<bool>(nb::module_::import_("stillreach._door").attr("is_masked")(object));
+}
+
 inline std::string shape_text(std::initializer_list<long> shape) {
   std::string text = "(";
   for (long s : shape) text += (s < 0 ? std::string("N") : std::to_string(s)) + ", ";
@@ -115,24 +127,25 @@ inline View strict(const char* argument, nb::handle object, std::initializer_lis
   if (!fits || !view.is_double()) refuse(argument, describe(object), wanted());
   if (!view.is_contiguous() || !view.is_aligned()) refuse(argument, describe(object) + ", not contiguous", wanted());
   if (writable && !view.is_writable()) refuse(argument, describe(object) + ", read-only", wanted());
+  if (is_masked(object)) refuse(argument, "a masked array", wanted());
   return view;
 }
 
-// Fast check that an input can be read in place.
+// Fast check that an input other than NumPy's can be read in place.
 inline bool readable(View& view, nb::handle object, long length) {
-  return view.open(object) && view.ndim() == 1 && view.size(0) == length && view.is_double() && view.is_contiguous() &&
+  return !PyObject_TypeCheck(object.ptr(), array_type()) && view.open(object) && view.ndim() == 1 && view.size(0) == length && view.is_double() && view.is_contiguous() &&
          view.is_aligned();
 }
 
-// Reads `length` finite numbers from anything that NumPy can turn into a float64 vector.
-inline void read_vector(const char* argument, nb::handle object, long length, double* to, bool finite = true) {
+// Reads `length` finite numbers from anything that the door turns into a float64 vector; by `labels` where it has labels.
+inline void read_vector(const char* argument, nb::handle object, long length, double* to, bool finite = true, nb::handle labels = nb::none()) {
   View view;
   if (const double* in_place = numpy_vector(object, length)) {
     for (long i = 0; i < length; ++i) to[i] = in_place[i];
   } else if (readable(view, object, length)) {
     for (long i = 0; i < length; ++i) to[i] = view.data()[i];
   } else {
-    const nb::object array = nb::module_::import_("stillreach._door").attr("vector")(argument, object, length, nb::arg("allow_inf") = !finite, nb::arg("one_for_all") = false);
+    const nb::object array = nb::module_::import_("stillreach._door").attr("vector")(argument, object, length, nb::arg("allow_inf") = !finite, nb::arg("one_for_all") = false, nb::arg("labels") = labels);
     View converted = strict(argument, array, {length}, false);
     for (long i = 0; i < length; ++i) to[i] = converted.data()[i];
   }

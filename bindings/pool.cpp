@@ -5,10 +5,10 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdlib>
+#include <exception>
 #include <mutex>
-#include <system_error>
+#include <new>
 #include <thread>
-#include <vector>
 
 #if defined(__unix__) || defined(__APPLE__)
 #include <unistd.h>
@@ -26,8 +26,8 @@ constexpr std::chrono::milliseconds kPatience{50};
 
 class Pool {
  public:
-  std::mutex busy;  // one batch at a time
-  // Runs `job` on `helpers` threads and `own` on this one; `meanwhile` is called now and then while the others go on.
+  std::atomic_flag busy = ATOMIC_FLAG_INIT;  // one batch at a time; one from a signal handler meets its own thread's
+  // Runs `job` on `helpers` threads and `own` on this one, which throw nothing; `meanwhile` is called now and then while the others go on.
   void run(int helpers, const std::function<void()>& job, const std::function<void()>& own, const std::function<bool()>& meanwhile) {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
@@ -50,7 +50,7 @@ class Pool {
   int start(int wanted) {
     try {
       for (; threads_ < wanted; ++threads_) std::thread([this, number = threads_] { loop(number); }).detach();
-    } catch (const std::system_error&) {
+    } catch (const std::exception&) {  // no thread, or no memory for one
       return threads_;
     }
     return wanted;
@@ -80,17 +80,21 @@ class Pool {
 };
 
 // The process's pool. A child of fork() has none of its parent's threads, and gets a pool of its own; the old one's locks
-// may be held by threads that are gone, so it is left alone.
-Pool& pool() {
+// may be held by threads that are gone, so it is left alone. Null where there is no memory for one.
+Pool* pool() {
   static std::atomic<Pool*> current{nullptr};
   static std::atomic<long> owner{-1};
   if (owner.load() != process()) {
     static std::atomic_flag making = ATOMIC_FLAG_INIT;
     while (making.test_and_set()) std::this_thread::yield();
-    if (owner.load() != process()) current.store(new Pool), owner.store(process());
+    if (owner.load() != process()) {
+      Pool* const made = new (std::nothrow) Pool;
+      current.store(made);
+      if (made) owner.store(process());
+    }
     making.clear();
   }
-  return *current.load();
+  return current.load();
 }
 
 }  // namespace
@@ -111,11 +115,18 @@ bool run_blocks(std::ptrdiff_t count, std::ptrdiff_t block, int threads,
                 const std::function<void(std::ptrdiff_t, std::ptrdiff_t, const Stopped&)>& work, const std::function<bool()>& between) {
   std::atomic<std::ptrdiff_t> next{0};
   std::atomic<bool> stop{false};
+  std::atomic_flag failed = ATOMIC_FLAG_INIT;
+  std::exception_ptr failure;  // the first one
   const auto take = [&](const Stopped& stopped) {
-    while (!stopped()) {
-      const std::ptrdiff_t first = next.fetch_add(block);
-      if (first >= count) return;
-      work(first, std::min(first + block, count), stopped);
+    try {
+      while (!stopped()) {
+        const std::ptrdiff_t first = next.fetch_add(block);
+        if (first >= count) return;
+        work(first, std::min(first + block, count), stopped);
+      }
+    } catch (...) {
+      if (!failed.test_and_set()) failure = std::current_exception();
+      stop = true;
     }
   };
   auto last = std::chrono::steady_clock::now();
@@ -128,12 +139,13 @@ bool run_blocks(std::ptrdiff_t count, std::ptrdiff_t block, int threads,
     return told();
   };
   const int helpers = static_cast<int>(std::min<std::ptrdiff_t>(threads, (count + block - 1) / block)) - 1;
-  Pool* shared = helpers > 0 ? &pool() : nullptr;
-  if (shared && shared->busy.try_lock()) {
-    const std::lock_guard<std::mutex> lock(shared->busy, std::adopt_lock);
+  Pool* shared = helpers > 0 ? pool() : nullptr;
+  if (shared && !shared->busy.test_and_set()) {
     shared->run(helpers, [&] { take(told); }, [&] { take(asked); }, asked);
+    shared->busy.clear();
   } else {
-    take(asked);  // another thread's batch has the pool
+    take(asked);  // another batch has the pool
   }
+  if (failure) std::rethrow_exception(failure);
   return !stop;
 }

@@ -23,7 +23,7 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
     poses = strict("targets", targets, {rows, 4, 4}, false);
     frames.resize(12 * rows);
     for (long t = 0; t < rows; ++t)
-      if (!read_pose(poses.data() + 16 * t, frames.data() + 12 * t)) refuse("targets", "row " + std::to_string(t), "rigid transforms (4 x 4)");
+      if (!kernel().read_pose(poses.data() + 16 * t, frames.data() + 12 * t)) refuse("targets", "row " + std::to_string(t), "rigid transforms (4 x 4)");
   }
   std::vector<View> open;
   open.reserve(12);
@@ -47,9 +47,10 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
     kernel().rollout(c.state, at.data(), commands.data() + 6 * stages * first, frames.empty() ? nullptr : frames.data() + 12 * stages * first,
                      count, stages, advance, c.scratch.memory(), c.answer, scratch.data(), scratch_active.data(), where);
   };
-  if (c.gradient.is_none()) return run(0, steps, to);
+  c.prepare(at.data(), true);
+  if (!c.gradient.is_valid()) return run(0, steps, to);
   for (long t = 0; t < steps; ++t) {  // the user's gradient is Python's to evaluate, once a tick
-    c.update_gradient(at.data(), true);
+    if (t > 0) c.prepare(at.data(), true);
     stillreach::Record row = to;
     row.q += t * n, row.rates += t * n, row.pose += 16 * t, row.command += 6 * t, row.residual += 6 * t, row.task_error += t;
     row.damping += t, row.scale += t, row.lower += t * n, row.upper += t * n, row.status += t, row.health += t * n, row.active += t * n;

@@ -6,6 +6,7 @@
 
 #include "door.hpp"
 #include "kernels.hpp"
+#include "lock.hpp"
 
 struct Law {
   stillreach::LawSettings settings;
@@ -46,12 +47,6 @@ inline double* aligned(std::vector<double>& memory, std::size_t count) {
   double* start = memory.data();
   while (reinterpret_cast<std::uintptr_t>(start) % 64 != 0) ++start;
   return start;
-}
-
-// Called without the interpreter's lock. False where a signal's handler raised, such as Ctrl-C's.
-inline bool no_signal() {
-  const nb::gil_scoped_acquire held;
-  return PyErr_CheckSignals() == 0;
 }
 
 struct Arm {

@@ -45,6 +45,58 @@ static nb::object weighted_out(const Solution& s) {
   return J;
 }
 
+static nb::bytes raw(const void* from, std::size_t count) { return nb::bytes(static_cast<const char*>(from), count); }
+
+static nb::tuple get_state(const Solution& s) {
+  const MetricData& metric = *s.metric;
+  const auto numbers = [](const std::vector<double>& from) { return raw(from.data(), sizeof(double) * from.size()); };
+  return nb::make_tuple(s.rates, s.m, s.n, s.status, s.iterations, s.damping, s.scale, s.task_error, s.rank_tolerance,
+                        raw(s.numbers.get(), s.memory_bytes()), numbers(metric.rows), numbers(metric.units), numbers(metric.columns),
+                        numbers(metric.joints));
+}
+
+static void set_state(Solution& to, nb::tuple state) {
+  const auto fail = [&] { refuse("state", describe(state).substr(0, 80), "the state of a Solution"); };
+  if (nb::len(state) != 14) fail();
+  Solution s;
+  int at = 0;
+  const auto next = [&] { return state[at++]; };
+  s.rates = nb::borrow(next()), s.m = nb::cast<int>(next()), s.n = nb::cast<int>(next());
+  s.status = nb::cast<std::int32_t>(next()), s.iterations = nb::cast<int>(next()), s.damping = nb::cast<double>(next());
+  s.scale = nb::cast<double>(next()), s.task_error = nb::cast<double>(next()), s.rank_tolerance = nb::cast<double>(next());
+  if (s.m < 1 || s.m > 6 || s.n < 1 || s.status < 0 || s.status >= 2 * stillreach::INVALID_INPUT) fail();
+  const nb::bytes numbers = nb::cast<nb::bytes>(next());
+  if (numbers.size() != s.memory_bytes()) fail();
+  s.make_room();
+  std::memcpy(s.numbers.get(), numbers.data(), numbers.size());
+  auto metric = std::make_shared<MetricData>();
+  metric->m = s.m, metric->n = s.n;
+  const std::size_t m = s.m, n = s.n;
+  const std::pair<std::vector<double>*, std::size_t> parts[] = {{&metric->rows, m * m}, {&metric->units, n}, {&metric->columns, n}, {&metric->joints, n * n}};
+  for (const auto& [part, count] : parts) {
+    const nb::bytes from = nb::cast<nb::bytes>(next());
+    if (from.size() != 0 && from.size() != sizeof(double) * count) fail();
+    part->resize(from.size() / sizeof(double));
+    if (from.size() != 0) std::memcpy(part->data(), from.data(), from.size());
+  }
+  s.metric = std::move(metric);
+  new (&to) Solution(std::move(s));
+}
+
+// The garbage collector's view: `rates` may be an array of the caller's that leads back here.
+static int visit_solution(PyObject* self, visitproc visit, void* arg) {
+  Py_VISIT(Py_TYPE(self));
+  if (nb::inst_ready(self)) Py_VISIT(nb::inst_ptr<Solution>(self)->rates.ptr());
+  return 0;
+}
+
+static int clear_solution(PyObject* self) {
+  if (nb::inst_ready(self)) nb::inst_ptr<Solution>(self)->rates.reset();
+  return 0;
+}
+
+static PyType_Slot solution_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&visit_solution)}, {Py_tp_clear, reinterpret_cast<void*>(&clear_solution)}, {0, nullptr}};
+
 void bind_solution(nb::module_& m) {
   const auto call = [](const char* name) {
     return [name](nb::handle self, nb::args args, nb::kwargs kwargs) {
@@ -53,8 +105,8 @@ void bind_solution(nb::module_& m) {
   };
   using Array = nb::object;
 #define STILLREACH_ARRAY(name) nb::sig("def " name "(self) -> numpy.typing.NDArray[numpy.float64]")
-  nb::class_<Solution>(m, "Solution", "What a law answered for one tick.")
-      .def_prop_ro("rates", [](const Solution& s) -> Array { return s.rates; }, STILLREACH_ARRAY("rates"),
+  nb::class_<Solution>(m, "Solution", nb::type_slots(solution_slots), "What a law answered for one tick.")
+      .def_prop_ro("rates", [](const Solution& s) -> Array { return s.rates.is_valid() ? s.rates : nb::none(); }, STILLREACH_ARRAY("rates"),
                    "(n,) [rad/s, m/s] joint rates.")
       .def_prop_ro("status", [](const Solution& s) { return status_object(s.status); },
                    nb::sig("def status(self) -> stillreach.status.Status"), "What happened, as flags.")
@@ -95,6 +147,8 @@ void bind_solution(nb::module_& m) {
            "(m, weak) unit twists whose gain falls below the threshold, weakest first.")
       .def("check", call("check"), nb::sig("def check(self) -> stillreach.insight.Check"),
            "Recomputes every promise from the data of this answer.")
+      .def("__getstate__", &get_state, nb::sig("def __getstate__(self) -> tuple"))
+      .def("__setstate__", &set_state, nb::arg("state"), nb::sig("def __setstate__(self, state: tuple) -> None"))
       .def("__repr__", [](nb::handle self) { return nb::module_::import_("stillreach.insight").attr("text")(self); },
            nb::sig("def __repr__(self) -> str"));
 #undef STILLREACH_ARRAY

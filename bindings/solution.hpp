@@ -12,7 +12,8 @@ struct Solution {
   double damping, scale, task_error, rank_tolerance;
   std::unique_ptr<double[]> numbers;  // jacobian m n (by columns), lower n, upper n, twist m, residual m, multiplier m; reasons n bytes
 
-  void make_room() { numbers.reset(new double[static_cast<std::size_t>(m) * n + 2 * n + 3 * m + n / 8 + 1]); }
+  std::size_t memory_bytes() const { return sizeof(double) * (static_cast<std::size_t>(m) * n + 2 * n + 3 * m) + n; }
+  void make_room() { numbers.reset(new double[memory_bytes() / sizeof(double) + 1]); }
   double* jacobian() const { return numbers.get(); }
   double* lower() const { return jacobian() + static_cast<std::size_t>(m) * n; }
   double* upper() const { return lower() + n; }

@@ -19,23 +19,23 @@ static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::ha
   read_vector("upper", upper, n, s.upper(), false);
   View nearby;
   if (!reference.is_none()) nearby = strict("reference", reference, {n}, false);
-  static thread_local Scratch scratch;
-  scratch.fit(n, !metric.data->joints.empty());
   s.rates = new_vector(n);
   View rates;
   rates.open(s.rates);
   std::int8_t* const reasons = s.reasons();
   std::memset(reasons, 0, n);
-  if (!start.is_none())
-    for (int i = 0; i < n; ++i) {
-      const int code = nb::cast<int>(nb::int_(start[i]));
-      reasons[i] = static_cast<std::int8_t>(code > 0 ? 1 : code < 0 ? -1 : 0);
-    }
+  if (!start.is_none()) {
+    const View codes = strict("start", start, {n}, false);
+    for (int i = 0; i < n; ++i) reasons[i] = static_cast<std::int8_t>(codes.data()[i] > 0.0 ? 1 : codes.data()[i] < 0.0 ? -1 : 0);
+  }
+  static thread_local Scratch kept;
+  Lease<Scratch> scratch(kept);
+  scratch->fit(n, !metric.data->joints.empty());
   const stillreach::Problem p{m, n, s.jacobian(), s.twist(), s.lower(), s.upper(), reference.is_none() ? nullptr : nearby.data(),
                               metric.data->view(), typical};
   stillreach::Multiplier multiplier{};
   stillreach::Answer out{rates.data(), s.residual(), reasons, nullptr, 0, 0, 0.0, 1.0, 0.0, &multiplier};
-  kernel().solve(law.settings, p, scratch.memory(), out);
+  kernel().solve(law.settings, p, scratch->memory(), out);
   s.status = out.status, s.iterations = out.iterations, s.damping = out.damping, s.scale = out.scale, s.task_error = out.task_error;
   s.set_multiplier(multiplier);
   for (int i = 0; i < n; ++i)

@@ -15,6 +15,7 @@ inline void set_health(ControllerState& c, int joint, int health, double value) 
   c.health[joint] = static_cast<std::int8_t>(health);
   c.fault_value[joint] = value;
   c.bounds_stand = 0;
+  if (c.closing) c.closing[joint] = 0;  // a fault goes before an acceleration limit
   if (!(c.transition_rate > 0.0)) return;
   c.transition = 1.0;
   STILLREACH_LIBRARY(memcpy)(c.anchor, c.last, sizeof(double) * c.arm.n);
@@ -37,6 +38,8 @@ inline const double* reference_rates(ControllerState& c, const double* q, Worksp
       c.reference[i] = -clamp(out / c.period, -c.return_rate, c.return_rate);
       any = true;
     }
+  if (any && c.speed != 1.0)
+    for (int i = 0; i < n; ++i) c.reference[i] *= c.speed;
   if (c.transition > 0.0)
     for (int i = 0; i < n; ++i) c.reference[i] = madd(c.transition, c.anchor[i] - c.reference[i], c.reference[i]);
   return any ? c.reference : nullptr;
@@ -68,18 +71,25 @@ inline void brake(ControllerState& c, const double* q, Answer& out) {
 // loop on, or null.
 inline void evaluate(ControllerState& c, const double* q, const double* twist, const double* target, Workspace& w, Answer& out) {
   const int n = c.arm.n;
-  const double doubt = doubt_in(q, n) + doubt_in(twist, 6) + (target ? doubt_in(target, 12) : 0.0);
+  double doubt = doubt_in(q, n) + doubt_in(twist, 6) + (target ? doubt_in(target, 12) : 0.0);
   STILLREACH_LIBRARY(memcpy)(out.active, c.active, n);
   out.plane = c.plane, out.multiplier = &c.multiplier;
   if (doubt == 0.0) {
     arm_kinematics(c.arm, q, c.scratch, c.pose, c.jacobian);
+    for (int r = 0; r < 6; ++r) c.command[r] = twist[r];
+    if (target) {
+      add_correction(target, c.pose, c.track_gain, c.track_linear, c.track_angular, c.command);
+      doubt = doubt_in(c.command, 6);  // numbers that overflow
+    }
+    if (c.speed != 1.0)
+      for (int r = 0; r < 6; ++r) c.command[r] *= c.speed;
+  }
+  if (doubt == 0.0) {
     if (!c.bounds_stand) {
       c.bounds_status = bounds_of(c, q);
       if (c.law.parts > 0) c.typical = typical_rate(c);
     }
     c.bounds_stand = c.constant_bounds;
-    for (int r = 0; r < 6; ++r) c.command[r] = twist[r];
-    if (target) add_correction(target, c.pose, c.track_gain, c.track_linear, c.track_angular, c.command);
     if (c.every_row) {
       for (int r = 0; r < 6; ++r) c.twist[r] = c.command[r];
     } else {

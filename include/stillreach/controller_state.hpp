@@ -5,6 +5,9 @@
 
 namespace stillreach {
 
+// Which limits of a joint were changed while the loop runs: they close in within its acceleration limit.
+enum Closing : std::int8_t { CLOSING_RATE = 1, CLOSING_POSITION = 2 };
+
 enum NullMotionKind : int { NULL_NONE = 0, NULL_RATES = 1, NULL_POSTURE = 2, NULL_CENTRING = 3, NULL_MANIPULABILITY = 4, NULL_GRADIENT = 5 };
 
 struct ControllerState {
@@ -17,12 +20,15 @@ struct ControllerState {
   int tool_axes;           // rows are taken along the tool's axes instead of the base's
   int every_row;           // six rows along base axes: no selection needed
   int constant_bounds;     // no position or acceleration limits: bounds change with faults only
-  double period;           // [s]
+  double period;           // [s] for which the rates are held
+  int uneven = 0;          // 1: later periods may be shorter than this one
   const double* rate_lower;         // n each
   const double* rate_upper;
   const double* position_lower;
   const double* position_upper;
   const double* acceleration;
+  double speed = 1.0;      // fraction of the command and of the reference rates; the rate limits already contain it
+  const std::int8_t* rotary = nullptr;  // n: 1 where a whole turn leads back to the same pose; or null: no joint
   double return_rate;      // [rad/s or m/s] at which joints outside their position limits are asked back; 0: not asked
   double transition_rate;  // [1/s] at which the reference returns from the last rates to the null motion after a fault
   double track_gain;       // [1/s]
@@ -36,6 +42,7 @@ struct ControllerState {
   // what is broken
   std::int8_t* health;     // n, Health
   double* fault_value;     // n: fraction left of a derated joint, rate of a runaway one
+  std::int8_t* closing = nullptr;  // n, Closing; or null: the limits do not change
 
   // what happened
   double* last;            // n: last commanded rates

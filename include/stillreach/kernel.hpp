@@ -25,6 +25,7 @@ struct Kernel {
   void (*kinematics)(const ArmView& arm, const double* q, double* scratch, double* pose, double* jacobian);
   void (*solve)(const LawSettings& law, const Problem& p, const Memory& memory, Answer& out);
   double (*typical_rate)(int n, const double* lower, const double* upper, const Metric& metric);
+  bool (*read_pose)(const double* T, double* pose);
   void (*set_health)(ControllerState& c, int joint, int health, double value);
   void (*tick)(ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory, Answer& out);
   void (*rollout)(ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages, bool advance,
@@ -64,6 +65,7 @@ inline Kernel make_kernel() {
     solve_law(law, p, w, out);
   };
   k.typical_rate = [](int n, const double* lower, const double* upper, const Metric& metric) { return typical_rate(n, lower, upper, metric); };
+  k.read_pose = [](const double* T, double* pose) { return read_pose(T, pose); };
   k.set_health = [](ControllerState& c, int joint, int health, double value) { set_health(c, joint, health, value); };
   k.tick = [](ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory, Answer& out) {
     Workspace w = make_workspace(c.arm.n, c.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);

@@ -170,7 +170,7 @@ inline Lanes report(const LaneProblem& p, const LaneSystem& s, bool with_residua
   size = wide(0.0);
   for (int r = 0; r < M; ++r) size = larger(size, magnitude(weighted[r])), sum = madd(weighted[r], weighted[r], sum);
   out.task_error = square_root(sum);
-  return covered & ((size == wide(0.0)) | ((size > wide(1e-50)) & (size < wide(1e50))));
+  return covered & (((size == wide(0.0)) & (sum == size)) | ((size > wide(1e-50)) & (size < wide(1e50))));
 }
 
 STILLREACH_END

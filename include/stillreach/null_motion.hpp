@@ -80,7 +80,14 @@ STILLREACH_INLINE double pattern(int i) {
   return 2.0 * (x - static_cast<double>(static_cast<long long>(x))) - 1.0;
 }
 
+constexpr double kHalfTurn = 3.141592653589793;
 constexpr double kSaddlePush = 1e-2;  // of the largest null rate: leaves exact saddles, where the gradient is 0
+
+// The way of joint i to a posture: the short one where it may turn without end.
+STILLREACH_INLINE double way_to(const ControllerState& c, int i, double straight) {
+  const bool endless = c.rotary && c.rotary[i] && c.position_lower[i] == -infinity() && c.position_upper[i] == infinity();
+  return endless && magnitude(straight) > kHalfTurn ? STILLREACH_LIBRARY(remainder)(straight, 2.0 * kHalfTurn) : straight;
+}
 
 // The rates that the null motion asks for: at most null_largest each, by a common factor.
 template <int M>
@@ -90,7 +97,7 @@ inline void null_motion(Rows<M> m, const ControllerState& c, const double* q, Wo
   for (int i = 0; i < n; ++i) {
     double v = 0.0;
     if (c.null_kind == NULL_RATES || c.null_kind == NULL_GRADIENT) v = c.null_gain * c.null_vector[i];
-    if (c.null_kind == NULL_POSTURE) v = c.null_gain * (c.null_vector[i] - q[i]);
+    if (c.null_kind == NULL_POSTURE) v = c.null_gain * way_to(c, i, c.null_vector[i] - q[i]);
     if (c.null_kind == NULL_CENTRING) {
       const double lower = c.position_lower[i], upper = c.position_upper[i];
       v = is_finite(lower) && is_finite(upper) ? c.null_gain * (0.5 * (lower + upper) - q[i]) : 0.0;

@@ -99,8 +99,7 @@ inline bool damped_pass(Rows<M> m, const LawSettings& law, const Problem& p, Wor
     const double extent = w.extent[w.joint[j]];
     w.limit[j] = extent < infinity() ? w.scale[j] / extent : 0.0;
   }
-  const double unit = s.unit_a * s.unit_a;
-  const double kappa = law.damping == DAMPING_NUMBER ? law.kappa / unit : 0.0;
+  const double kappa = law.damping == DAMPING_NUMBER ? law.kappa / s.unit_a / s.unit_a : 0.0;
   Inner in;
   solve_inner(m, w.columns, nullptr, k, s.rhs, kappa, law.rank_tolerance, w.work, w.z, in);
   unwhiten(s, w, 1, w.z);
@@ -108,7 +107,7 @@ inline bool damped_pass(Rows<M> m, const LawSettings& law, const Problem& p, Wor
     for (int j = 0; j < k; ++j) w.z[j] += w.offset[j];
   if (in.rank < full_rank(p, k) && (law.damping != DAMPING_NUMBER || in.way == SPECTRAL)) out.status |= SINGULAR;
   if (s.idle) out.status |= SINGULAR;
-  out.damping = law.damping == DAMPING_NUMBER ? law.kappa : choose_damping(m, law, s, offset, w, in, out) * unit;
+  out.damping = law.damping == DAMPING_NUMBER ? law.kappa : choose_damping(m, law, s, offset, w, in, out) * s.unit_a * s.unit_a;
   for (int j = 0; j < k; ++j) out.rates[w.joint[j]] = w.scale[j] * w.z[j];
   return true;
 }

@@ -265,7 +265,7 @@ inline void report(Rows<M> m, const Problem& p, Answer& out) {
     const double v = unit == 1.0 ? weighted[r] : weighted[r] / unit;
     sum = madd(v, v, sum);
   }
-  out.task_error = square_root(sum) * unit;
+  out.task_error = sum == sum ? square_root(sum) * unit : infinity();  // NaN: numbers that overflow
   if (saturated) out.status |= SATURATED;
   if (fault_not_compensated(m, p, out)) out.status |= FAULT_NOT_COMPENSATED;
 }

@@ -1,9 +1,60 @@
-// From a pose error to a twist: geodesic in orientation, bounded, right through a half turn.
+// Targets: poses that are rigid up to rounding, made exact; and from a pose error to a twist: geodesic in orientation,
+// bounded, right through a half turn.
 #pragma once
 
-#include "scalar.hpp"
+#include "frames.hpp"
+
+namespace stillreach {
+
+constexpr double kRigid = 1e-5;  // how far an entry may be from the nearest rigid transform's: float32, or five decimals
+
+}  // namespace stillreach
 
 STILLREACH_BEGIN
+
+// E = R'R - 1 (9 numbers), R by columns. Returns the sum of its entries' sizes: 0 for a rotation.
+inline double off_rotation(const double* R, double* E) {
+  double off = 0.0;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b) {
+      E[3 * a + b] = dot3(R + 3 * a, R + 3 * b) - (a == b ? 1.0 : 0.0);
+      off += magnitude(E[3 * a + b]);
+    }
+  return off;
+}
+
+// The rotation nearest to R (by columns), in place: R (3 - R'R) / 2 squares the distance (Bjorck and Bowie, 1971).
+// Leaves alone what is a rotation up to rounding. False, with R as it was: no rotation is within kRigid of it.
+inline bool nearest_rotation(double* R) {
+  double E[9], near[9];
+  const double off = off_rotation(R, E);
+  const double det = R[0] * (R[4] * R[8] - R[5] * R[7]) - R[3] * (R[1] * R[8] - R[2] * R[7]) + R[6] * (R[1] * R[5] - R[2] * R[4]);
+  if (!(off <= 36.0 * kRigid) || !(det > 0.0)) return false;  // 9 entries of at most 4 kRigid
+  if (off <= 1e-12) return true;
+  for (int k = 0; k < 9; ++k) near[k] = R[k];
+  for (int step = 0; step < 2; ++step) {
+    double next[9];
+    for (int a = 0; a < 3; ++a)
+      for (int r = 0; r < 3; ++r) next[3 * a + r] = near[3 * a + r] - 0.5 * (E[a] * near[r] + E[3 + a] * near[3 + r] + E[6 + a] * near[6 + r]);
+    for (int k = 0; k < 9; ++k) near[k] = next[k];
+    off_rotation(near, E);
+  }
+  for (int k = 0; k < 9; ++k)
+    if (!(magnitude(near[k] - R[k]) <= kRigid)) return false;
+  for (int k = 0; k < 9; ++k) R[k] = near[k];
+  return true;
+}
+
+// A row-major 4 x 4 matrix as a pose (12 numbers: rotation by columns, translation), with the nearest rotation. False: it
+// is not finite, or no rigid transform is within kRigid of it.
+inline bool read_pose(const double* T, double* pose) {
+  bool right = true;
+  for (int c = 0; c < 4; ++c) {
+    right &= magnitude(T[12 + c] - (c == 3 ? 1.0 : 0.0)) <= kRigid;
+    for (int r = 0; r < 3; ++r) pose[3 * c + r] = T[4 * r + c], right &= is_finite(T[4 * r + c]);
+  }
+  return right && nearest_rotation(pose);
+}
 
 // Rotation vector of E = target R' (both rotations by columns), along base axes; its length is at most pi.
 inline void rotation_error(const double* target, const double* R, double* vector) {

@@ -16,12 +16,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stillreach._core import RIGID_TOLERANCE, rigid
+from stillreach._labels import POINT as POINT
+from stillreach._labels import TWIST as TWIST
+from stillreach._labels import Labels, in_order
 from stillreach.errors import InputError, did_you_mean
 
 FloatArray = npt.NDArray[np.float64]
-
-RIGID_TOLERANCE = 1e-9
-"""How far a rotation matrix may be from orthonormal (largest entry of R Rᵀ - I)."""
 
 
 def vector(
@@ -33,6 +34,7 @@ def vector(
     minimum: float | None = None,
     default: Any = None,
     one_for_all: bool = True,
+    labels: Labels | None = None,
 ) -> FloatArray:
     """A vector of n numbers; a single number stands for n equal ones, where that is legal.
 
@@ -44,6 +46,7 @@ def vector(
         minimum: least legal entry.
         default: what None stands for.
         one_for_all: whether a single number is legal.
+        labels: names of the entries; a value with labels of its own is read by them.
 
     Returns:
         (n,) read-only copy.
@@ -58,13 +61,22 @@ def vector(
     one_for_all = one_for_all and n is not None
     size = "a vector of" if n is None else str(n)
     expected = f"{size} {kind}{' (or one for all)' if one_for_all else ''}{at_least}"
-    numbers = _numbers(name, value, expected)
+    numbers = _numbers(name, value, expected, labels)
     if numbers.ndim == 0 and one_for_all:
         _refuse_values(name, numbers, expected, allow_inf, minimum)
         numbers = np.full(n or 0, numbers)
     if numbers.ndim != 1 or (n is not None and len(numbers) != n):
         raise InputError(name, describe(value), expected)
     _refuse_values(name, numbers, expected, allow_inf, minimum)
+    return frozen(numbers)
+
+
+def codes(name: str, value: Any, n: int, meaning: str) -> FloatArray:
+    """A vector of n integers of at most three digits, as numbers; InputError otherwise."""
+    expected = f"{n} integers, {meaning}"
+    numbers = _numbers(name, value, expected)
+    if numbers.shape != (n,) or not np.all((np.abs(numbers) < 1000) & (numbers == np.rint(numbers))):
+        raise InputError(name, describe(value), expected)
     return frozen(numbers)
 
 
@@ -81,10 +93,14 @@ def matrix(name: str, value: Any, shape: tuple[int | None, int | None], *, allow
     return frozen(numbers)
 
 
-def configurations(name: str, value: Any, n: int) -> FloatArray:
-    """One or many vectors of n finite numbers, (..., n), in C order; not copied where that is what came."""
+def configurations(name: str, value: Any, labels: Labels) -> FloatArray:
+    """One or many vectors of finite numbers, (..., n), in C order; not copied where that is what came.
+
+    The last axis has a number for each label; a value with labels of its own is read by them.
+    """
+    n = len(labels.names)
     expected = f"finite numbers in an array (..., {n})"
-    numbers = _numbers(name, value, expected)
+    numbers = _numbers(name, value, expected, labels)
     if numbers.ndim == 0 or numbers.shape[-1] != n:
         raise InputError(name, describe(value), expected)
     _refuse_values(name, numbers, expected, False, None)
@@ -126,6 +142,13 @@ def choice(name: str, value: Any, choices: Sequence[str]) -> str:
     raise InputError(name, describe(value), f"one of {', '.join(map(repr, choices))}{did_you_mean(value, choices)}")
 
 
+def text(name: str, value: Any) -> str:
+    """A text that files can hold; InputError for other types, a zero character or half a character of UTF-16."""
+    if isinstance(value, str) and not any(letter == "\0" or "\ud800" <= letter <= "\udfff" for letter in value):
+        return str(value)
+    raise InputError(name, describe(value), "a text without zero characters and lone surrogates")
+
+
 def unit_vector(name: str, value: Any, n: int = 3) -> FloatArray:
     """A direction: n finite numbers, not all zero, scaled to length 1; InputError otherwise."""
     expected = f"{n} finite numbers, not all zero"
@@ -142,30 +165,27 @@ def unit_vector(name: str, value: Any, n: int = 3) -> FloatArray:
 
 
 def pose(name: str, value: Any) -> FloatArray:
-    """A rigid transform, 4 x 4: rotation right-handed and orthonormal to 1e-9, last row 0 0 0 1."""
+    """The rigid transform (4 x 4) nearest to the value, which is one to RIGID_TOLERANCE; InputError otherwise."""
     T = matrix(name, value, (4, 4))
+    nearest = rigid(T)
+    if nearest is not None:
+        return frozen(nearest)
     expected = "a rigid transform (4 x 4)"
     if np.max(np.abs(T[3] - (0, 0, 0, 1))) > RIGID_TOLERANCE:
         raise InputError(name, f"the last row {T[3].tolist()}", f"{expected} with the last row [0, 0, 0, 1]")
     R = T[:3, :3]
     with np.errstate(over="ignore", invalid="ignore"):
         off = float(np.max(np.abs(R @ R.T - np.eye(3))))
-    if not off <= RIGID_TOLERANCE:
-        raise InputError(
-            name,
-            f"a rotation part that is off by {off:.2g}",
-            f"{expected}, orthonormal to {RIGID_TOLERANCE:g}",
-        )
-    if np.linalg.det(R) < 0:
+    if off <= RIGID_TOLERANCE:
         raise InputError(name, "a reflection (determinant -1)", f"{expected} with determinant +1")
-    T = T.copy()
-    T[3] = (0, 0, 0, 1)
-    return frozen(T)
+    raise InputError(
+        name, f"a rotation part that is off by {off:.2g}", f"{expected}, orthonormal to {RIGID_TOLERANCE:g}"
+    )
 
 
-def array(name: str, value: Any, expected: str) -> FloatArray:
+def array(name: str, value: Any, expected: str, labels: Labels | None = None) -> FloatArray:
     """Numbers of any shape and value as a float64 array in C order: the same memory where it is that already."""
-    numbers = _numbers(name, value, expected)
+    numbers = _numbers(name, value, expected, labels)
     return _in_place(numbers)
 
 
@@ -175,6 +195,8 @@ def describe(value: Any) -> str:
         return f"a {value.dtype} array of shape {value.shape}"
     if isinstance(value, np.generic | np.ndarray):
         return f"{value.item()!r} ({value.dtype})"
+    if isinstance(getattr(value, "shape", None), tuple):
+        return f"a {type(value).__name__} of shape {tuple(value.shape)}"
     text = reprlib.repr(value)
     if not isinstance(value, list | tuple):
         return text
@@ -191,8 +213,13 @@ def frozen(array: npt.ArrayLike) -> FloatArray:
     return copy
 
 
-def _numbers(name: str, value: Any, expected: str) -> FloatArray:
+def _numbers(name: str, value: Any, expected: str, labels: Labels | None = None) -> FloatArray:
     """The value as a float64 array of any shape, copied only where its type differs."""
+    value = in_order(name, value, labels)
+    if is_masked(value):
+        if np.any(value.mask):
+            raise InputError(name, f"{describe(value)} with masked entries", expected)
+        value = np.asarray(value.data)
     try:
         array = np.asarray(value)
     except (ValueError, TypeError, OverflowError):
@@ -201,6 +228,11 @@ def _numbers(name: str, value: Any, expected: str) -> FloatArray:
         raise InputError(name, describe(value), expected)
     with np.errstate(over="ignore"):
         return array.astype(np.float64, copy=False)
+
+
+def is_masked(value: Any) -> bool:
+    """Whether the value is an array of ``numpy.ma``: ``numpy.asarray`` shows what lies under its mask."""
+    return isinstance(value, np.ma.MaskedArray)
 
 
 def _in_place(numbers: FloatArray) -> FloatArray:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from stillreach import _core, _door
 from stillreach._door import FloatArray
+from stillreach._labels import Labels
 from stillreach.arm import Arm
 from stillreach.bounds import Bounds
 from stillreach.errors import InputError
@@ -84,7 +85,7 @@ def solve_batch(
     Args:
         arm: the arm; None where ``jacobians`` come from elsewhere.
         law: the law.
-        q: (N, n) [rad, m] configurations, or None with ``jacobians``.
+        q: (N, n) [rad, m] configurations, or a DataFrame with a column for each joint, or None with ``jacobians``.
         twist: (N, 6) or (6,) for all [m/s, rad/s] of the tool along base axes; with ``jacobians`` (N, m) or (m,).
         bounds: Bounds for all rows, or a pair of arrays (lower, upper), each (N, n), (n,) or one number.
         jacobians: (N, m, n), m <= 6, in place of configurations; [v; w] where m is 6.
@@ -98,7 +99,7 @@ def solve_batch(
             input.
         row_kinds: with ``jacobians`` of m != 6 rows: v for a row in m/s, w for one in rad/s.
         joint_kinds: with ``jacobians`` and no arm: R or P for each joint; None: all revolute.
-        length: [m] with ``jacobians`` and no arm: a length typical of the arm, where the law has a price for v rows alone.
+        length: [m] with ``jacobians`` and no arm: a length typical of the arm, for a law with a price for v rows alone.
         threads: how many to use, up to 1024; None: the environment's STILLREACH_THREADS, or the processors at hand.
             Answers do not depend on it.
 
@@ -117,7 +118,7 @@ def solve_batch(
     count, m, n = len(source), len(rows), source.shape[-1]
     given["lower"], given["upper"] = bounds_of_rows(bounds, count, n)
     if reference is not None:
-        given["reference"] = _rows("reference", reference, count, n)
+        given["reference"] = _rows("reference", reference, count, n, None if arm is None else arm.labels)
     given |= _last(arm, model, last_rates, period, count, n)
     answers = _answers(want, model is not None, count, m, n)
     answers["rates"] = np.empty((count, n)) if out is None else _apart("out", out, given)
@@ -135,10 +136,10 @@ def _of_configurations(
         if value is not None:
             raise InputError(name, _door.describe(value), "None: the arm and the task say it")
     metric, model, asked = task_of(arm, law.weights, task, semidefinite=law.semidefinite)
-    points = _door.array("q", q, "an array (N, n)")
+    points = _door.array("q", q, "an array (N, n)", arm.labels)
     if points.ndim != 2 or points.shape[1] != arm.n:
         raise InputError("q", _door.describe(points), f"an array (N, {arm.n}) of joint values")
-    given = {"q": points, "twist": _rows("twist", twist, len(points), 6)}
+    given = {"q": points, "twist": _rows("twist", twist, len(points), 6, _door.TWIST)}
     settings = law.core(asked.row_names, arm.reach, asked.weights)
     return settings, metric, model, asked.indices, asked.frame == "tool", given
 
@@ -169,7 +170,14 @@ def _of_jacobians(
     metric = law._metric(m, n, row_kinds, joint_kinds)
     reach = arm.reach if length is None and arm is not None else length
     settings = law.core(row_names(m, row_kinds), reach)
-    return settings, metric, None, tuple(range(m)), False, {"jacobians": matrices, "twist": _rows("twist", twist, count, m)}
+    return (
+        settings,
+        metric,
+        None,
+        tuple(range(m)),
+        False,
+        {"jacobians": matrices, "twist": _rows("twist", twist, count, m)},
+    )
 
 
 def bounds_of_rows(bounds: Any, count: int, n: int) -> tuple[FloatArray, FloatArray]:
@@ -202,7 +210,7 @@ def _last(arm: Any, model: Any, last_rates: Any, period: Any, count: int, n: int
         return {}
     if model is None:
         raise InputError("last_rates", _door.describe(last_rates), "None with jacobians: limits are an arm's")
-    last = _rows("last_rates", last_rates, count, n)
+    last = _rows("last_rates", last_rates, count, n, arm.labels)
     return {
         "last": np.ascontiguousarray(np.broadcast_to(last, (count, n))),
         "period": _door.positive("period", period),
@@ -254,10 +262,10 @@ def threads_of(value: Any) -> int:
     return number
 
 
-def _rows(name: str, value: Any, count: int, length: int) -> FloatArray:
-    """(N, length) as it is, or (length,) finite numbers that all rows share."""
+def _rows(name: str, value: Any, count: int, length: int, labels: Labels | None = None) -> FloatArray:
+    """(N, length) as it is, or (length,) finite numbers that all rows share; by label where it has labels."""
     expected = f"an array of shape ({count}, {length}), or ({length},) for all rows"
-    array = _door.array(name, value, expected)
+    array = _door.array(name, value, expected, labels)
     if array.shape == (length,):
         return _door.vector(name, array, length)
     if array.shape != (count, length):

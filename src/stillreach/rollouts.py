@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from stillreach import _core, _door
 from stillreach._door import FloatArray
+from stillreach._labels import Labels
 from stillreach.arm import Arm
 from stillreach.batch import bounds_of_rows, motion_limits, threads_of
 from stillreach.bounds import Bounds
@@ -99,13 +100,13 @@ def rollout_batch(
     if not isinstance(law, Law):
         raise InputError("law", _door.describe(law), "a law, such as stillreach.LeastError()")
     metric, model, asked = task_of(arm, law.weights, task, semidefinite=law.semidefinite)
-    points = _matrix("start", start, None, arm.n)
+    points = _matrix("start", start, None, arm.labels)
     count, total, interval = len(points), _steps("steps", steps), _steps("every", every)
     commands, strides = _commands(twist, count, total)
     given: dict[str, Any] = {"start": points, "twist": commands}
     given["lower"], given["upper"] = bounds_of_rows(bounds, count, arm.n)
     if last_rates is not None:
-        given["last_rates"] = _matrix("last_rates", last_rates, count, arm.n)
+        given["last_rates"] = _matrix("last_rates", last_rates, count, arm.labels)
     if np.isfinite(arm.position_limits).any() or np.isfinite(arm.acceleration_limits).any():
         given |= motion_limits(arm)
     answers = _answers(record, count, -(-total // interval), arm.n)
@@ -136,10 +137,11 @@ def _steps(name: str, value: Any) -> int:
     return number
 
 
-def _matrix(name: str, value: Any, count: int | None, n: int) -> FloatArray:
-    """(N, n) as it is."""
+def _matrix(name: str, value: Any, count: int | None, labels: Labels) -> FloatArray:
+    """(N, n) as it is; by label where it has labels."""
+    n = len(labels.names)
     expected = f"an array ({'N' if count is None else count}, {n})"
-    array = _door.array(name, value, expected)
+    array = _door.array(name, value, expected, labels)
     if array.ndim != 2 or array.shape[1] != n or (count is not None and len(array) != count):
         raise InputError(name, _door.describe(array), expected)
     return array
@@ -148,7 +150,7 @@ def _matrix(name: str, value: Any, count: int | None, n: int) -> FloatArray:
 def _commands(twist: Any, count: int, steps: int) -> tuple[FloatArray, tuple[int, int]]:
     """The commands as a flat array, and how far apart they are per row and per step."""
     expected = f"an array (6,), ({count}, 6), (1, {steps}, 6) or ({count}, {steps}, 6)"
-    array = _door.array("twist", twist, expected)
+    array = _door.array("twist", twist, expected, _door.TWIST)
     strides = {
         (6,): (0, 0),
         (count, 6): (6, 0),

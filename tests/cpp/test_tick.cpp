@@ -268,6 +268,51 @@ void tracking_ends_at_the_target() {
   for (int i = 0; i < 12; ++i) CHECK_NEAR(robot.state.pose[i], target[i], 1e-6);
 }
 
+// From 1 rad/s to a new limit of 0.3: by 0.02 a tick, the acceleration limit; a fault does not wait.
+void new_limits_close_in() {
+  Options o;
+  o.acceleration = 2.0, o.period = 0.01, o.rows = {5};
+  Robot robot(planar_chain(1), law_settings(stillreach::LEAST_ERROR), o);
+  const double twist[6] = {0, 0, 0, 0, 0, 5}, q[1] = {0.0};
+  std::int8_t closing[1] = {stillreach::CLOSING_RATE};
+  robot.last[0] = 1.0, robot.rate_upper[0] = 0.3, robot.state.closing = closing;
+  for (int t = 1; t <= 20; ++t) {
+    CHECK(!(robot.tick(q, twist) & stillreach::LIMIT_GIVEN_UP));
+    CHECK_NEAR(robot.rates[0], 1.0 - 0.02 * t, 1e-12);
+  }
+  robot.fail(0, stillreach::DERATED, 0.5);
+  CHECK(robot.tick(q, twist) & stillreach::LIMIT_GIVEN_UP);
+  CHECK_NEAR(robot.rates[0], 0.15, 1e-15);
+}
+
+// v period + v^2 / (2 a) = room, at 1 rad/s, 0.1 s and 2 rad/s^2 a room of 0.35 rad.
+void uneven_periods_brake_earlier() {
+  Options o;
+  o.acceleration = 2.0, o.period = 0.1, o.rows = {5}, o.position = 0.35, o.rate = 9.0;
+  Robot robot(planar_chain(1), law_settings(stillreach::LEAST_ERROR), o);
+  const double twist[6] = {0, 0, 0, 0, 0, 5}, q[1] = {0.0};
+  robot.last[0] = 1.0, robot.state.uneven = 1;
+  robot.tick(q, twist);
+  CHECK_NEAR(robot.rates[0], 1.0, 1e-12);
+}
+
+void rounded_poses_become_rigid() {
+  const float c = std::cos(0.7f), s = std::sin(0.7f);
+  const double T[16] = {c, -s, 0, 1, s, c, 0, 2, 0, 0, 1, 3, 0, 0, 1e-7, 1};
+  double pose[12], worse[16];
+  CHECK(kernel().read_pose(T, pose));
+  CHECK_NEAR(pose[0] * pose[0] + pose[1] * pose[1], 1.0, 1e-15);
+  CHECK_NEAR(pose[0] * pose[3] + pose[1] * pose[4], 0.0, 1e-15);
+  CHECK_NEAR(pose[0], c, 1e-7);
+  CHECK(pose[9] == 1 && pose[10] == 2 && pose[11] == 3);
+  for (double wrong : {1e-4, std::nan(""), kInfinity, -2.0, 1e200})
+    for (int at : {0, 6, 10, 12, 15}) {
+      std::memcpy(worse, T, sizeof T);
+      worse[at] += wrong;
+      CHECK(!kernel().read_pose(worse, pose));
+    }
+}
+
 }  // namespace
 
 int main() {
@@ -283,5 +328,8 @@ int main() {
   full_joint_weights_and_null_motions();
   long_arm();
   tracking_ends_at_the_target();
+  new_limits_close_in();
+  uneven_periods_brake_earlier();
+  rounded_poses_become_rigid();
   return finish("tick");
 }

@@ -60,7 +60,8 @@ def life(arm, law, statuses):
     random = np.random.default_rng(1)
     ctl = sr.Controller(arm, law=law, position_limits=(-20.0, 20.0))
     q, twist, rates = random.uniform(-1.5, 1.5, arm.n), np.zeros(6), np.zeros(arm.n)
-    tick = ctl.bind(q=q, twist=twist, rates=rates)
+    target = arm.forward(q + 0.01).round(6) if arm.n == 11 else None
+    tick = ctl.bind(q=q, twist=twist, rates=rates, target=target, period=np.array([0.013]) if arm.n == 11 else None)
     answer = [None]
 
     def call():
@@ -75,6 +76,7 @@ def life(arm, law, statuses):
         if t % 10 == 8:
             for joint in list(ctl.faults):
                 ctl.restore(joint)
+            ctl.set_limits(velocity=1.0 / (1 + t), acceleration=5.0)
         twist[:] = random.normal(size=6) * (0.01, 0.3, 10.0)[t % 3]
         q[0] = np.nan if t % 20 == 19 else 0.3
         count = taken(call)

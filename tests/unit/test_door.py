@@ -9,8 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stillreach import _door
+from stillreach._labels import Labels
 from stillreach.errors import InputError
 
+THREE = Labels("joint", ("a", "b", "c"))
 HUGE = 10**400  # an integer, but no float64
 NEVER_NUMBERS = [
     None,
@@ -52,7 +54,7 @@ DOORS = {
     "vector": lambda value: _door.vector("it", value, 3),
     "vector of any length": lambda value: _door.vector("it", value, None),
     "matrix": lambda value: _door.matrix("it", value, (None, None)),
-    "configurations": lambda value: _door.configurations("it", value, 3),
+    "configurations": lambda value: _door.configurations("it", value, THREE),
     "scalar": lambda value: _door.scalar("it", value),
     "positive": lambda value: _door.positive("it", value),
     "count": lambda value: _door.count("it", value),
@@ -183,9 +185,9 @@ def test_a_matrix_of_a_given_shape():
 
 def test_configurations_are_not_copied_without_need():
     q = np.zeros((5, 3))
-    assert _door.configurations("q", q, 3) is q
-    assert _door.configurations("q", np.asfortranarray(q), 3).flags.c_contiguous
-    assert _door.configurations("q", np.zeros((0, 3)), 3).shape == (0, 3)
+    assert _door.configurations("q", q, THREE) is q
+    assert _door.configurations("q", np.asfortranarray(q), THREE).flags.c_contiguous
+    assert _door.configurations("q", np.zeros((0, 3)), THREE).shape == (0, 3)
 
 
 @pytest.mark.parametrize(
@@ -268,15 +270,17 @@ def test_a_pose_is_a_copy_and_read_only():
     assert not got.flags.writeable
 
 
-@pytest.mark.parametrize("off", [1e-10, 1e-8])
-def test_a_rotation_is_orthonormal_to_1e_9(off):
+@pytest.mark.parametrize("off", [1e-13, 1e-10, 1.9e-5, 2.1e-5])
+def test_a_rotation_is_within_1e_5_of_the_nearest(off):
+    """A shear by `off` is half of it away from the nearest rotation, a turn by -off / 2."""
     T = np.eye(4)
     T[0, 1] = off
-    if off < 1e-9:
-        assert _door.pose("it", T)[0, 1] == off
-    else:
-        with pytest.raises(InputError, match=r"off by 1e-08, expected a rigid transform .*orthonormal to 1e-09"):
+    if off > 2e-5:
+        with pytest.raises(InputError, match=r"off by 2.1e-05, expected a rigid transform .*orthonormal to 1e-05"):
             _door.pose("it", T)
+    else:
+        half = off if off < 1e-12 else off / 2
+        np.testing.assert_allclose(_door.pose("it", T)[0, 1], half, rtol=1e-9)
 
 
 def test_long_values_are_cut_in_the_message():

@@ -9,7 +9,7 @@ import pytest
 PACKAGE = Path(__file__).parents[2] / "src" / "stillreach"
 
 LAYERS = (
-    {"_core", "errors", "_door", "_text"},
+    {"_core", "errors", "_labels", "_door", "_files", "_text"},
     {"arm"},
     {"bounds", "faults", "task", "status", "insight"},
     {"laws"},

@@ -107,7 +107,7 @@ def spectra(
     """Singular values (..., min(m, k)) of the chosen joints' weighted Jacobian at q (..., n), or their product."""
     if task is not None and not isinstance(task, Asked):
         raise InputError("task", _door.describe(task), "stillreach.Task, or None for all six rows")
-    many = _door.configurations("q", q, arm.n)
+    many = _door.configurations("q", q, arm.labels)
     chosen = tuple(range(arm.n)) if joints is None else _chosen(arm, joints)
     rows = tuple(range(6)) if task is None else task.indices
     metric, model, along_tool = Metric(len(rows), arm.n), arm.model, False

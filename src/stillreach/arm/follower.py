@@ -88,3 +88,9 @@ def chain(joints: tuple[Joint, ...], followers: tuple[Follower, ...]) -> tuple[M
         led = Moving(follower.joint, index[follower.leader], follower.multiplier, follower.offset)
         whole.insert(follower.place, led)
     return tuple(whole)
+
+
+def note_of(joint: Any, followers: tuple[Follower, ...]) -> str:
+    """What a message adds to a name that is no joint's but a follower's; empty for other names."""
+    leaders = [follower.leader for follower in followers if follower.joint.name == joint]
+    return f", which follows {leaders[0]!r} and moves with it" if leaders else ""

@@ -14,11 +14,12 @@ import numpy.typing as npt
 from stillreach import _door
 from stillreach._core import ArmModel
 from stillreach._door import FloatArray
+from stillreach._labels import Labels
 from stillreach.arm.describe import describe, headline
 from stillreach.arm.dexterity import Asked, spectra
 from stillreach.arm.dh import DHRow, dh_chain
 from stillreach.arm.files import RobotFiles
-from stillreach.arm.follower import Follower, Moving, chain, checked
+from stillreach.arm.follower import Follower, Moving, chain, checked, note_of
 from stillreach.arm.joint import KINDS, Joint, named
 from stillreach.arm.limits import driven, limited
 from stillreach.arm.modules import module_chain
@@ -129,6 +130,11 @@ class Arm(RobotFiles, Value):
         return tuple(str(joint.name) for joint in self.joints)
 
     @cached_property
+    def labels(self) -> Labels:
+        """Names of the joints for values that come by name; those of the followers may stand beside them."""
+        return Labels("joint", self.joint_names, tuple(str(follower.joint.name) for follower in self.followers))
+
+    @cached_property
     def kinds(self) -> npt.NDArray[np.int8]:
         """(n,) 0 for a revolute joint, 1 for a prismatic one."""
         codes = np.array([KINDS.index(joint.kind) for joint in self.joints], dtype=np.int8)
@@ -181,7 +187,8 @@ class Arm(RobotFiles, Value):
         """Pose of the tool in the base frame.
 
         Args:
-            q: (..., n) joint values [rad] or [m].
+            q: (..., n) joint values [rad] or [m]; or by joint name: a mapping, a pandas Series, a DataFrame with a
+                column for each joint.
 
         Returns:
             (..., 4, 4) [m].
@@ -195,7 +202,7 @@ class Arm(RobotFiles, Value):
         """Twist of the tool per joint rate: [v; w] of the tool point, along base axes.
 
         Args:
-            q: (..., n) joint values [rad] or [m].
+            q: (..., n) joint values [rad] or [m], or by joint name, as of ``forward``.
 
         Returns:
             (..., 6, n); a revolute column is in [m/rad] and [1], a prismatic one in [1] and [rad/m] (zero).
@@ -211,7 +218,7 @@ class Arm(RobotFiles, Value):
         """How fast unit joint rates move the tool: from the direction served best to the one served worst.
 
         Args:
-            q: (..., n) joint values [rad] or [m].
+            q: (..., n) joint values [rad] or [m], or by joint name, as of ``forward``.
             task: rows, axes, point and weights; None: all six rows at the arm's tool, in metres and radians.
             joints: k names or indices of the joints that work; None: all.
 
@@ -243,14 +250,14 @@ class Arm(RobotFiles, Value):
             joint: its name, or its index (0 to n-1; no negative ones).
 
         Raises:
-            UnknownJointError: the arm has no such joint.
+            UnknownJointError: the arm has no such joint, or it follows another one, which the message names.
         """
         if isinstance(joint, str):
             if joint in self.joint_names:
                 return self.joint_names.index(joint)
         elif _is_integer(joint) and 0 <= operator.index(joint) < self.n:
             return operator.index(joint)
-        raise UnknownJointError("joint", _door.describe(joint), self.joint_names)
+        raise UnknownJointError("joint", _door.describe(joint) + note_of(joint, self.followers), self.joint_names)
 
     def with_limits(
         self,
@@ -293,7 +300,7 @@ class Arm(RobotFiles, Value):
         self, compute: Callable[[FloatArray], FloatArray], q: npt.ArrayLike, shape: tuple[int, int]
     ) -> FloatArray:
         """Run a function of many configurations (N, n) on an array (..., n)."""
-        many = _door.configurations("q", q, self.n)
+        many = _door.configurations("q", q, self.labels)
         return compute(many.reshape(-1, self.n)).reshape(many.shape[:-1] + shape)
 
     def __repr__(self) -> str:

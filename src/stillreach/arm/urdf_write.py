@@ -6,7 +6,6 @@ import math
 import os
 import re
 from collections.abc import Iterable
-from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import quoteattr
 
@@ -14,6 +13,7 @@ import numpy as np
 
 from stillreach import _door
 from stillreach._door import FloatArray
+from stillreach._files import new_file
 from stillreach.arm.follower import Moving
 from stillreach.arm.placements import rotation_y, rotation_z
 from stillreach.arm.urdf_numbers import NO_LIMIT
@@ -62,10 +62,9 @@ def write_urdf(arm: Arm, path: str | os.PathLike[str] | None) -> str:
         OSError: the file cannot be written.
     """
     text = urdf_text(arm)
-    if path is not None and not isinstance(path, str | os.PathLike):
-        raise InputError("path", _door.describe(path), "a path to write to, or None")
     if path is not None:
-        Path(path).write_text(text, encoding="utf-8")
+        with new_file(path) as file:
+            file.write(text.encode())
     return text
 
 

@@ -1,6 +1,8 @@
 """The command line: one thin file per command, each calling the public API."""
 
+import os
 import sys
+from pathlib import Path
 
 
 def main() -> None:
@@ -12,6 +14,9 @@ def main() -> None:
     arguments = sys.argv[1:]
     debug = "--debug" in arguments
     try:
+        for name in ("stdout", "stderr"):  # None in a service or in a window without a console
+            if getattr(sys, name) is None:
+                setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - open to the end
         for stream in (sys.stdout, sys.stderr):  # a terminal without σ gets "?", not a crash
             if hasattr(stream, "reconfigure"):
                 stream.reconfigure(errors="replace")

@@ -35,7 +35,9 @@ def report(error: Exception, *, debug: bool) -> int:
         import traceback
 
         traceback.print_exception(error)
-    print(_wrapped(BUG_TEXT if message is None else f"stillreach: {message}"), file=sys.stderr)
+    from stillreach._text import printable
+
+    print(_wrapped(printable(BUG_TEXT if message is None else f"stillreach: {message}")), file=sys.stderr)
     return BUG if message is None else USER
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stillreach._text import printable
 from stillreach.cli._joints import joint_index
 from stillreach.cli._units import ANGLES, LENGTHS, quantity
 from stillreach.errors import InputError
@@ -38,7 +39,7 @@ def changed(name: str, *, law: str | None = None, fail: list[str], healthy: bool
     faults += tuple(parse_fault(scenario.arm, text) for text in fail)
     chosen = scenario.law if law is None else parse_law(law, like=scenario.law)
     description = "" if law or fail or healthy else scenario.description  # it tells of what the file says
-    title = scenario.name or Path(name).stem
+    title = scenario.name or printable(Path(name).stem)
     return replace(scenario, faults=faults, law=chosen, name=title, description=description)
 
 

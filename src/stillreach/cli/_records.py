@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stillreach._files import new_file
 from stillreach.errors import MissingExtraError
 
 RECORDS = (".nc", ".npz")
@@ -62,7 +63,9 @@ def write_summary(found: dict[str, Any], folder: Path, name: str = "summary.json
     from stillreach.cli._terminal import plain
 
     path = folder / name
-    path.write_text(json.dumps(plain(found), indent=2, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
+    text = json.dumps(plain(found), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    with new_file(path) as file:
+        file.write(text.encode())
     return path
 
 
@@ -91,5 +94,6 @@ def picture(wanted: bool | None, path: Path, draw: Callable[[], Any]) -> list[Pa
             raise
         note(f"stillreach: {missing} (for {path.name})")
         return []
-    figure.savefig(path, dpi=130, pil_kwargs={"compress_level": 2})
+    with new_file(path) as file:
+        figure.savefig(file, format="png", dpi=130, pil_kwargs={"compress_level": 2})
     return [path]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
 
 COLUMNS = 80
@@ -21,9 +22,14 @@ def console(*, stderr: bool = False, width: int | None = None, markup: bool = Fa
     """A console that prints text as it is: no emoji, no colours of its own choice, markup and width as asked for."""
     from rich.console import Console
 
+    from stillreach._text import printable
+
     class _Console(Console):
         def on_broken_pipe(self) -> None:
             nobody_reads()
+
+        def render_str(self, text: str, **settings: Any) -> Text:
+            return super().render_str(printable(text), **settings)
 
     return _Console(stderr=stderr, width=width, highlight=False, emoji=False, markup=markup)
 

@@ -20,5 +20,8 @@ def schema(
         return
     import json
 
-    out.write_text(json.dumps(scenario_schema(), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    from stillreach._files import new_file
+
+    with new_file(out) as file:
+        file.write((json.dumps(scenario_schema(), indent=2, ensure_ascii=False) + "\n").encode())
     console().print(f"wrote {out}", soft_wrap=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,12 +13,16 @@ from stillreach import _door
 from stillreach._core import ControllerCore
 from stillreach._door import FloatArray
 from stillreach.arm.model import Arm
-from stillreach.control.null_motion import Manipulability, NullMotion, null_motion_settings
+from stillreach.control import limits as of
+from stillreach.control.null_motion import Manipulability, NullMotion, checked_null_motion, null_motion_settings
 from stillreach.errors import InputError
-from stillreach.faults import FaultKind, Locked, fault_kind
+from stillreach.faults import Derated, FaultKind, Locked, fault_kind
 from stillreach.laws import Law, LeastError
-from stillreach.status import Health
+from stillreach.status import Health, Status
 from stillreach.task import Task, task_of
+
+CONSTRUCTOR = {"velocity": "rate_limits", "position": "position_limits", "acceleration": "acceleration_limits"}
+"""What the constructor calls each limit."""
 
 
 class Controller(ControllerCore):
@@ -32,7 +38,7 @@ class Controller(ControllerCore):
         rate_limits: [rad/s, m/s] one for all, (n,), or (n, 2) lower <= 0 <= upper; None: the arm's.
             0 means 0, inf none.
         position_limits: [rad, m] (n, 2) or one (2,) for all; None: the arm's. Rates towards a limit shrink so that the
-            joint can stop at it. A joint outside may not move further out.
+            joint can stop at it. A joint outside may not move further out. Limits may also come by joint name.
         acceleration_limits: [rad/s², m/s²] one for all or (n,); None: the arm's.
         null_motion: what to do with the freedom that the task leaves: Posture, Centring, Manipulability, Gradient,
             Rates or bare rates (n,).
@@ -41,11 +47,27 @@ class Controller(ControllerCore):
         transition_rate: [1/s] when a joint fails or is restored the law stays near the last commanded rates, so that
             the change is the least one that keeps the task; this is how fast the null motion takes over again. 0: none.
         track_gain: [1/s] of ``track``'s feedback on the pose error.
-        track_limits: largest correction (linear [m/s], angular [rad/s]); None: no bound.
+        track_limits: largest correction (linear [m/s], angular [rad/s]), or one for both; inf: no bound. None: the
+            fastest that a single working joint, at its rate limit, can move the outstretched arm's tool, and turn it.
 
     Raises:
         InputError: any argument that is not what it says here.
     """
+
+    __slots__ = (
+        "__weakref__",
+        "_arm",
+        "_faults",
+        "_law",
+        "_limits",
+        "_null_motion",
+        "_settings",
+        "_task",
+        "_track_limits",
+        "tick",
+    )
+    tick: Callable[[], Status]
+    """A place for the tick that ``bind`` returns, where the controller's owner keeps it here; copies do not have it."""
 
     def __init__(
         self,
@@ -61,38 +83,37 @@ class Controller(ControllerCore):
         return_rate: float = 0.0,
         transition_rate: float = 2.0,
         track_gain: float = 2.0,
-        track_limits: tuple[float, float] | None = None,
+        track_limits: npt.ArrayLike | None = None,
     ) -> None:
         self._arm: Arm = _instance("arm", arm, Arm)
         self._law: Law = LeastError() if law is None else _instance("law", law, Law)
         metric, model, self._task = task_of(arm, self._law.weights, task, semidefinite=self._law.semidefinite)
-        n = arm.n
-        rates = _rate_limits(arm, rate_limits)
-        positions = _position_limits(arm, position_limits)
-        accelerations = arm.acceleration_limits if acceleration_limits is None else acceleration_limits
-        linear, angular = _track_limits(track_limits)
         self._task_weight_definite = metric.weightless == 0
-        settings = self._null_motion_settings(null_motion)
+        self._limits = of.of_arm(arm).changed(
+            arm, CONSTRUCTOR, velocity=rate_limits, position=position_limits, acceleration=acceleration_limits
+        )
+        self._track_limits = of.track_limits(track_limits)
+        self._null_motion = self._checked_null_motion(null_motion)
+        self._faults: dict[int, FaultKind] = {}
+        self._settings = {
+            "period": _door.positive("period", period),
+            "return_rate": _door.positive("return_rate", return_rate, or_zero=True),
+            "transition_rate": _door.positive("transition_rate", transition_rate, or_zero=True),
+            "track_gain": _door.positive("track_gain", track_gain, or_zero=True),
+        }
         super().__init__(
             arm=model,
             law=self._law.core(self._task.row_names, arm.reach, self._task.weights),
             metric=metric,
             rows=self._task.indices,
             tool_axes=self._task.frame == "tool",
-            period=_door.positive("period", period),
-            rate_lower=np.ascontiguousarray(rates[:, 0]),
-            rate_upper=np.ascontiguousarray(rates[:, 1]),
-            position_lower=np.ascontiguousarray(positions[:, 0]),
-            position_upper=np.ascontiguousarray(positions[:, 1]),
-            acceleration=_door.vector("acceleration_limits", accelerations, n, allow_inf=True, minimum=0.0),
-            return_rate=_door.positive("return_rate", return_rate, or_zero=True),
-            transition_rate=_door.positive("transition_rate", transition_rate, or_zero=True),
-            track_gain=_door.positive("track_gain", track_gain, or_zero=True),
-            track_linear=linear,
-            track_angular=angular,
+            rotary=_turns_lead_back(arm),
+            labels=arm.labels,
+            **self._settings,
         )
-        self._set_null_motion(*settings)
-        self._faults: dict[int, FaultKind] = {}
+        self._set_null_motion(*null_motion_settings(self._null_motion, arm.labels))
+        self._set_limits(**self._limits.core(), closing=0)
+        self._bound_correction()
 
     @property
     def arm(self) -> Arm:
@@ -114,6 +135,31 @@ class Controller(ControllerCore):
         """What is broken, by joint name."""
         return {self._arm.joint_names[joint]: kind for joint, kind in sorted(self._faults.items())}
 
+    @property
+    def period(self) -> float:
+        """[s] time between ticks."""
+        return self._settings["period"]
+
+    @property
+    def velocity_limits(self) -> FloatArray:
+        """(n, 2) lower and upper limits of the rates [rad/s, m/s], at full speed; ``set_limits`` changes them."""
+        return self._limits.velocity
+
+    @property
+    def position_limits(self) -> FloatArray:
+        """(n, 2) lower and upper limits of the positions [rad, m]; ``set_limits`` changes them."""
+        return self._limits.position
+
+    @property
+    def acceleration_limits(self) -> FloatArray:
+        """(n,) limits of the accelerations [rad/s², m/s²]; ``set_limits`` changes them."""
+        return self._limits.acceleration
+
+    @property
+    def speed(self) -> float:
+        """The speed override, a fraction; ``set_speed`` changes it."""
+        return self._limits.speed
+
     def fail(self, joint: str | int, kind: FaultKind = Locked()) -> None:  # noqa: B008 - immutable
         """A joint fails, from the next tick on: locked where it is, or as ``kind`` says.
 
@@ -128,12 +174,14 @@ class Controller(ControllerCore):
         fault = fault_kind("kind", kind)
         self._set_health(index, int(fault.health), fault.value)
         self._faults[index] = fault
+        self._bound_correction()
 
     def restore(self, joint: str | int) -> None:
         """A joint works again, from the next tick on (nothing happens where it never failed)."""
         index = self._arm.joint_index(joint)
         if self._faults.pop(index, None) is not None:
             self._set_health(index, int(Health.HEALTHY), 0.0)
+            self._bound_correction()
 
     def reset(self, rates: npt.ArrayLike | None = None) -> None:
         """Tells what the last commanded rates were: (n,) [rad/s, m/s], 0 where None. Faults stay."""
@@ -141,14 +189,117 @@ class Controller(ControllerCore):
 
     def set_null_motion(self, null_motion: NullMotion | npt.ArrayLike | None) -> None:
         """Another null motion from the next tick on; None for none."""
-        self._set_null_motion(*self._null_motion_settings(null_motion))
+        motion = self._checked_null_motion(null_motion)
+        self._set_null_motion(*null_motion_settings(motion, self._arm.labels))
+        self._null_motion = motion
 
-    def _null_motion_settings(self, null_motion: Any) -> Any:
-        """As the core reads them; InputError for Manipulability of a task whose weight is only semidefinite."""
+    def _checked_null_motion(self, null_motion: Any) -> Any:
+        """InputError also for Manipulability of a task whose weight is only semidefinite."""
         if isinstance(null_motion, Manipulability) and not self._task_weight_definite:
             expected = "positive definite task weights (leave rows out by Task(rows=...)), or another null motion"
             raise InputError("null_motion", "Manipulability with task weights that are only semidefinite", expected)
-        return null_motion_settings(null_motion, self._arm.n)
+        return checked_null_motion(null_motion, self._arm.labels)
+
+    def set_limits(
+        self,
+        *,
+        velocity: npt.ArrayLike | None = None,
+        position: npt.ArrayLike | None = None,
+        acceleration: npt.ArrayLike | None = None,
+    ) -> None:
+        """Other limits from the next tick on; None keeps what is in force.
+
+        A joint that is too fast for new velocity or position limits brakes as hard as its acceleration limit allows
+        until it keeps them; without an acceleration limit it keeps them at once. A joint that cannot stop before a new
+        position limit passes it, and stops behind it.
+
+        Args:
+            velocity: [rad/s, m/s] as the constructor's ``rate_limits``.
+            position: [rad, m] as ``position_limits``.
+            acceleration: [rad/s², m/s²] as ``acceleration_limits``.
+
+        Raises:
+            InputError: as of the constructor; nothing is changed.
+        """
+        limits = {"velocity": velocity, "position": position, "acceleration": acceleration}
+        closing = of.CLOSING_RATE * (velocity is not None) | of.CLOSING_POSITION * (position is not None)
+        self._adopt(self._limits.changed(self._arm, {name: name for name in limits}, **limits), closing)
+
+    def set_speed(self, fraction: float) -> None:
+        """A speed override from the next tick on: everything that is commanded, at this fraction.
+
+        The twist, ``track``'s correction and the null motion are multiplied by it, and the rates stay below that
+        fraction of their limits, so that the arm does the same, more slowly. Rates come down within the acceleration
+        limits. A target that moves has to be slowed by its owner.
+
+        Args:
+            fraction: from 0 (stand still) to 1.
+
+        Raises:
+            InputError: it is something else; nothing is changed.
+        """
+        speed = _door.scalar("fraction", fraction)
+        if not 0.0 <= speed <= 1.0:
+            raise InputError("fraction", f"{speed:g}", "a number from 0 to 1")
+        self._adopt(replace(self._limits, speed=speed), of.CLOSING_RATE)
+
+    def _adopt(self, limits: of.Limits, closing: int) -> None:
+        self._set_limits(**limits.core(), closing=closing)
+        self._limits = limits
+        self._bound_correction()
+
+    def _bound_correction(self) -> None:
+        """Hands on the largest correction; where none was given, what the joints that work can do."""
+        bounds = self._track_limits
+        if bounds is None:
+            share = np.ones(self._arm.n)
+            for joint, kind in self._faults.items():
+                share[joint] = kind.fraction if isinstance(kind, Derated) else 0.0
+            rates = np.max(np.abs(self._limits.velocity), axis=1)
+            rates = np.multiply(rates, share, out=np.zeros_like(rates), where=share > 0.0)
+            bounds = of.swiftest(self._arm, self._task.tool, rates, self._limits.position)
+        self._set_track_limits(*bounds)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        try:
+            super().__setattr__(name, value)
+        except AttributeError:
+            ways = "set_limits, set_speed, set_null_motion, fail and restore change a controller"
+            raise AttributeError(f"{name} cannot be set: {ways}") from None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        settings = {
+            "arm": self._arm,
+            "law": self._law,
+            "task": self._task,
+            "null_motion": self._null_motion,
+            "track_limits": self._track_limits,
+            **self._settings,
+        }
+        state = (self._get_state(), dict(self._faults), self._limits, dict(getattr(self, "__dict__", {})))
+        return _rebuilt, (type(self), settings), state
+
+    def __setstate__(self, state: tuple[bytes, dict[int, FaultKind], of.Limits, dict[str, Any]]) -> None:
+        core, self._faults, limits, own = state
+        self._adopt(limits, 0)
+        self._set_state(core)
+        if own:
+            self.__dict__.update(own)
+
+
+def _rebuilt(kind: type[Controller], settings: dict[str, Any]) -> Controller:
+    """A controller of the same kind; a subclass's own attributes come with its state."""
+    controller = kind.__new__(kind)
+    Controller.__init__(controller, **settings)
+    return controller
+
+
+def _turns_lead_back(arm: Arm) -> list[bool]:
+    """(n,) whether the arm's pose is the same after a whole turn of a joint, with all that follow it."""
+    back = [True] * arm.n
+    for moving in arm.chain:
+        back[moving.leader] &= moving.joint.kind == "revolute" and moving.factor == round(moving.factor)
+    return back
 
 
 def _instance(name: str, value: Any, kind: type[Any]) -> Any:
@@ -156,35 +307,3 @@ def _instance(name: str, value: Any, kind: type[Any]) -> Any:
     if isinstance(value, kind):
         return value
     raise InputError(name, _door.describe(value), f"stillreach.{kind.__name__}")
-
-
-def _rate_limits(arm: Arm, value: npt.ArrayLike | None) -> FloatArray:
-    """(n, 2) lower and upper rate limits."""
-    if value is not None and np.ndim(value) == 2:
-        limits = _door.matrix("rate_limits", value, (arm.n, 2), allow_inf=True)
-        if np.any(limits[:, 0] > 0.0) or np.any(limits[:, 1] < 0.0):
-            raise InputError("rate_limits", _door.describe(value), "lower <= 0 <= upper for each joint")
-        return limits
-    high = _door.vector(
-        "rate_limits", arm.velocity_limits if value is None else value, arm.n, allow_inf=True, minimum=0.0
-    )
-    return np.stack([-high, high], axis=1)
-
-
-def _position_limits(arm: Arm, value: npt.ArrayLike | None) -> FloatArray:
-    """(n, 2) lower and upper position limits."""
-    if value is None:
-        return arm.position_limits
-    both = np.broadcast_to(value, (arm.n, 2)) if np.shape(value) == (2,) else value
-    limits = _door.matrix("position_limits", both, (arm.n, 2), allow_inf=True)
-    if np.any(limits[:, 0] > limits[:, 1]):
-        raise InputError("position_limits", _door.describe(value), "lower <= upper for each joint")
-    return limits
-
-
-def _track_limits(value: tuple[float, float] | None) -> tuple[float, float]:
-    """Largest linear and angular correction."""
-    if value is None:
-        return np.inf, np.inf
-    pair = _door.vector("track_limits", value, 2, allow_inf=True, minimum=0.0)
-    return float(pair[0]), float(pair[1])

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
+from stillreach._door import FloatArray
+from stillreach._labels import Labels
 from stillreach.errors import InputError
 
 # NullMotionKind of the core
@@ -28,8 +31,8 @@ class NullMotion:
     def __post_init__(self) -> None:
         object.__setattr__(self, "max_rate", _door.positive("max_rate", self.max_rate, allow_inf=True))
 
-    def core(self, n: int) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
-        """(kind, gain, vector, gradient) as the compiled core reads them, for n joints."""
+    def core(self, joints: Labels) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
+        """(kind, gain, vector, gradient) as the compiled core reads them, for an arm of these joints."""
         raise TypeError(f"{type(self).__name__} is a base class; use one of the null motions")
 
 
@@ -43,26 +46,28 @@ class Rates(NullMotion):
 
     rates: npt.ArrayLike
 
-    def core(self, n: int) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
+    def core(self, joints: Labels) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
         """The given rates."""
-        return RATES, 1.0, _door.vector("rates", self.rates, n), None
+        return RATES, 1.0, _vector("rates", self.rates, joints), None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Posture(NullMotion):
-    """Towards a posture: rates gain · (q_posture - q).
+    """Towards a posture: rates gain · (q_posture - q); joints that turn without end take the short way.
+
+    A joint turns without end where it is revolute and has no position limits.
 
     Args:
-        q: (n,) [rad, m].
+        q: (n,) [rad, m], or by joint name.
         gain: [1/s].
     """
 
     q: npt.ArrayLike
     gain: float = 1.0
 
-    def core(self, n: int) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
+    def core(self, joints: Labels) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
         """The posture and its gain."""
-        return POSTURE, _door.positive("gain", self.gain), _door.vector("q", self.q, n), None
+        return POSTURE, _door.positive("gain", self.gain), _vector("q", self.q, joints), None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -75,7 +80,7 @@ class Centring(NullMotion):
 
     gain: float = 1.0
 
-    def core(self, n: int) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
+    def core(self, joints: Labels) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
         """The gain."""
         return CENTRING, _door.positive("gain", self.gain), None, None
 
@@ -98,7 +103,7 @@ class Manipulability(NullMotion):
         super().__post_init__()
         _door.positive("max_rate", self.max_rate)  # near a singularity the gradient has no bound of its own
 
-    def core(self, n: int) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
+    def core(self, joints: Labels) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
         """The gain."""
         return MANIPULABILITY, _door.positive("gain", self.gain), None, None
 
@@ -116,28 +121,34 @@ class Gradient(NullMotion):
     gradient: npt.ArrayLike | Callable[[npt.NDArray[np.float64]], npt.ArrayLike]
     gain: float = 1.0
 
-    def core(self, n: int) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
+    def core(self, joints: Labels) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
         """The gradient and its gain."""
         gain = _door.positive("gain", self.gain)
         if callable(self.gradient):
             return GRADIENT, gain, None, self.gradient
-        return GRADIENT, gain, _door.vector("gradient", self.gradient, n), None
+        return GRADIENT, gain, _vector("gradient", self.gradient, joints), None
+
+
+def checked_null_motion(value: Any, joints: Labels) -> NullMotion | None:
+    """A null motion, or None; bare rates become Rates. InputError for anything else."""
+    if value is None or isinstance(value, NullMotion):
+        return value
+    try:
+        return Rates(rates=_vector("null_motion", value, joints))
+    except InputError:
+        choices = f"Posture, Centring, Manipulability, Gradient, Rates, {len(joints.names)} rates or None"
+        raise InputError("null_motion", _door.describe(value), choices) from None
 
 
 def null_motion_settings(
-    value: object, n: int
+    motion: NullMotion | None, joints: Labels
 ) -> tuple[int, float, float, npt.ArrayLike | None, Callable[..., object] | None]:
-    """(kind, gain, largest rate, vector, gradient) of a null motion, of bare rates, or of None."""
-    if value is None:
+    """(kind, gain, largest rate, vector, gradient) of a null motion, as the compiled core reads them."""
+    if motion is None:
         return NONE, 0.0, float("inf"), None, None
-    if not isinstance(value, NullMotion):
-        try:
-            value = Rates(rates=_door.vector("null_motion", value, n))
-        except InputError:
-            raise InputError(
-                "null_motion",
-                _door.describe(value),
-                f"Posture, Centring, Manipulability, Gradient, Rates, {n} rates or None",
-            ) from None
-    kind, gain, vector, gradient = value.core(n)
-    return kind, gain, value.max_rate, vector, gradient
+    kind, gain, vector, gradient = motion.core(joints)
+    return kind, gain, motion.max_rate, vector, gradient
+
+
+def _vector(name: str, value: Any, joints: Labels) -> FloatArray:
+    return _door.vector(name, value, len(joints.names), labels=joints)

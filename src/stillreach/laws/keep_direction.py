@@ -19,8 +19,6 @@ class KeepDirection(Law):
     that the others cannot make up for) the answer is LeastError's for a twist of zero, with scale 0.
     """
 
-    def core(
-        self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None
-    ) -> _core.Law:
+    def core(self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None) -> _core.Law:
         """The settings as the compiled core reads them."""
         return _core.Law(KEEP_DIRECTION, rank_tolerance=self.rank_tolerance)

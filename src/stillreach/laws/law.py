@@ -44,9 +44,7 @@ class Law:
             raise InputError("rank_tolerance", f"{tolerance:g}", "a number below 1")
         object.__setattr__(self, "rank_tolerance", tolerance)
 
-    def core(
-        self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None
-    ) -> _core.Law:
+    def core(self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None) -> _core.Law:
         """The settings as the compiled core reads them.
 
         Args:
@@ -81,8 +79,8 @@ class Law:
             row_kinds: m letters, v for a row in m/s and w for one in rad/s; needed for m != 6 where length and angle
                 have different units in the weights.
             joint_kinds: n letters, R revolute and P prismatic; None: all revolute.
-            velocity_limits: (n,) [rad/s, m/s] of the joints, 0 for failed ones: what LeastError's price counts in; None:
-                the larger of each joint's bounds.
+            velocity_limits: (n,) [rad/s, m/s] of the joints, 0 for failed ones: what LeastError's price counts in;
+                None: the larger of each joint's bounds.
             length: [m] a length typical of the arm; needed where LeastError has a price for v rows alone.
 
         Returns:
@@ -101,8 +99,7 @@ class Law:
         if bounds.n != n:
             raise InputError("bounds", f"bounds of {bounds.n} joints", f"bounds of {n} joints, as J has columns")
         near = None if reference is None else _door.vector("reference", reference, n)
-        if start is not None and np.shape(start) != (n,):
-            raise InputError("start", _door.describe(start), f"{n} integers, Solution.active of an earlier answer")
+        begin = None if start is None else _door.codes("start", start, n, "Solution.active of an earlier answer")
         metric = self._metric(m, n, row_kinds, joint_kinds)
         typical = -1.0
         if velocity_limits is not None:
@@ -110,7 +107,7 @@ class Law:
             typical = _core.typical_rate(metric, limits)
         settings = self.core(row_names(m, row_kinds), None if length is None else _door.positive("length", length))
         solution = _core.solve(
-            settings, metric, matrix, _door.vector("twist", twist, m), bounds.lower, bounds.upper, near, start, typical
+            settings, metric, matrix, _door.vector("twist", twist, m), bounds.lower, bounds.upper, near, begin, typical
         )
         if self.weights is not None and some_joint_unweighted(self.weights):
             self._refuse_singular(solution, self.weights.joints)

@@ -28,11 +28,12 @@ class LeastError(Law):
     otherwise it makes the other rows less accurate, unless it has a price of its own or is left out of the task.
 
     Args:
-        price: one number for the whole task, in the units of its weights (1/m for an error in metres, 1 for one in radians);
-            a pair (position, orientation) or a mapping by rows, ``{"position": 100, "wx wy": 8, "wz": 1}``, of up to three
-            parts, in the task's frame; ``"position-first"``: (100, 8), with an orientation error of at most b / 4 bought
-            at that price. In a part of v rows alone the price is per reach: 100 is about 80 per metre for an arm
-            of 1.3 m. None: the bare optimum, the least error and then the least rates, which is not continuous.
+        price: one number for the whole task, in the units of its weights (1/m for an error in metres, 1 for one in
+            radians); a pair (position, orientation) or a mapping by rows, ``{"position": 100, "wx wy": 8, "wz": 1}``,
+            of up to three parts, in the task's frame; ``"position-first"``: (100, 8), with an orientation error of at
+            most b / 4 bought at that price. In a part of v rows alone the price is per reach: 100 is about 80 per
+            metre for an arm of 1.3 m. None: the bare optimum, the least error and then the least rates, which is not
+            continuous.
 
     Raises:
         InputError: any other price.
@@ -44,9 +45,7 @@ class LeastError(Law):
         super().__post_init__()
         object.__setattr__(self, "price", checked(self.price))
 
-    def core(
-        self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None
-    ) -> _core.Law:
+    def core(self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None) -> _core.Law:
         """The settings as the compiled core reads them."""
         settings = parts(self.price, rows, reach, self.weights or weights or UNIT_WEIGHTS)
         return _core.Law(LEAST_ERROR, rank_tolerance=self.rank_tolerance, **settings)

@@ -22,8 +22,6 @@ class Pseudoinverse(Law):
 
     semidefinite = True
 
-    def core(
-        self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None
-    ) -> _core.Law:
+    def core(self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None) -> _core.Law:
         """The settings as the compiled core reads them."""
         return _core.Law(PSEUDOINVERSE, rank_tolerance=self.rank_tolerance)

@@ -52,9 +52,7 @@ class SingularityRobust(Law):
             object.__setattr__(self, "damping", _door.positive("damping", self.damping, or_zero=True))
         _door.choice("norm", self.norm, NORMS)
 
-    def core(
-        self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None
-    ) -> _core.Law:
+    def core(self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None) -> _core.Law:
         """The settings as the compiled core reads them."""
         named = isinstance(self.damping, str)
         return _core.Law(

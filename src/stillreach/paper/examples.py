@@ -17,6 +17,7 @@ from stillreach import _door
 from stillreach.arm import Arm
 from stillreach.arm.catalogue import nasa_modular
 from stillreach.control import Manipulability
+from stillreach.errors import InputError
 from stillreach.faults import Fault
 from stillreach.laws import LeastError, Pseudoinverse, SingularityRobust
 from stillreach.simulate import Scenario, Twist
@@ -55,6 +56,9 @@ EXAMPLE_2_STILLREACH = "example-2-failed-stillreach"
 
 TICKS_PER_STEP = 5
 """The closed loop of stillreach ticks so often in a step of the others: 100 Hz at the default step of 0.05 s."""
+
+LONGEST = 1e6
+"""[m] Reach of the longest arm that the figures can show."""
 
 UNLIMITED = (EXAMPLE_2_PSEUDOINVERSE,)
 """Runs of the pseudoinverse without rate limits: the paper's baseline."""
@@ -105,7 +109,10 @@ def scenarios(
 
 def paper_arm(lengths: npt.ArrayLike | None = None) -> Arm:
     """The paper's arm; ``lengths`` (6,) [m] of its segments, None takes the inferred 30 in each."""
-    return nasa_modular() if lengths is None else nasa_modular(lengths)
+    arm = nasa_modular() if lengths is None else nasa_modular(lengths)
+    if not arm.reach <= LONGEST:
+        raise InputError("lengths", f"an arm of {arm.reach:g} m", f"an arm of at most {LONGEST:g} m")
+    return arm
 
 
 def _scenario(arm: Arm, start: Any, command: Sequence[float], step: float, duration: float) -> Scenario:

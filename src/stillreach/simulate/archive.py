@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillreach._files import new_file
 from stillreach.errors import InputError
 from stillreach.simulate.fields import FIELDS
-from stillreach.simulate.netcdf import replacing
 
 if TYPE_CHECKING:
     from stillreach.simulate.run import Run
@@ -38,7 +38,7 @@ def write(run: Run, path: str | os.PathLike[str]) -> None:
     """Write a run; a file of that name is replaced whole or not at all."""
     arrays = {field.name: getattr(run, field.name) for field in FIELDS}
     attrs = json.dumps(dict(run.attrs), default=_plain)
-    with replacing(path) as part, part.open("wb") as file:
+    with new_file(path) as file:
         np.savez_compressed(file, joint=run.joint_names, joint_unit=run.joint_units, attrs=attrs, **arrays)
 
 

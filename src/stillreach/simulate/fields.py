@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stillreach.status import Health, Reason
+from stillreach.status import Health, Reason, Status
 
 TWIST_COMPONENTS = ("vx", "vy", "vz", "wx", "wy", "wz")
 
@@ -16,6 +16,12 @@ AXES = {"joint": None, "row": 4, "column": 4, "component": len(TWIST_COMPONENTS)
 
 RATE_UNITS = {"rad": "rad/s", "m": "m/s"}
 """Unit of a joint's rate by the unit of its value."""
+
+HEALTH = ("healthy", "locked", "derated", "runaway")
+"""Meaning of the codes in ``health``, from 0 on."""
+
+STATUS_CODES = 2 * max(Status)
+"""All sums of flags lie below it."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +34,7 @@ class Field:
         units: unit in the words of UDUNITS; ``"joint"`` and ``"joint/s"`` stand for the joints' own.
         long_name: what it is, for axes of plots and readers of the file.
         dtype: type of its entries.
+        codes: least and largest of its codes; None for measured quantities.
     """
 
     name: str
@@ -35,6 +42,12 @@ class Field:
     units: str
     long_name: str
     dtype: npt.DTypeLike = np.float64
+    codes: tuple[int, int] | None = None
+
+    @property
+    def kind(self) -> str:
+        """NumPy's letter for the kind of its type."""
+        return np.dtype(self.dtype).kind
 
     def shape(self, ticks: int, joints: int) -> tuple[int, ...]:
         """The array's shape for so many ticks and joints."""
@@ -56,11 +69,18 @@ FIELDS = (
     Field("task_error", (), "1", "weighted norm of the residual"),
     Field("damping", (), "1", "damping factor, in units of the weighted J J'"),
     Field("scale", (), "1", "fraction of the commanded twist that was asked for"),
-    Field("status", (), "1", "what was true of the tick (bits of stillreach.Status)", np.int32),
+    Field("status", (), "1", "what was true of the tick (bits of stillreach.Status)", np.int32, (0, STATUS_CODES - 1)),
     Field("lower", ("joint",), "joint/s", "lower bound of the joint rates"),
     Field("upper", ("joint",), "joint/s", "upper bound of the joint rates"),
-    Field("health", ("joint",), "1", "state of the joints", np.int8),
-    Field("active", ("joint",), "1", "bound that each joint is at (stillreach.Reason), negative at the lower", np.int8),
+    Field("health", ("joint",), "1", "state of the joints", np.int8, (0, max(Health))),
+    Field(
+        "active",
+        ("joint",),
+        "1",
+        "bound that each joint is at (stillreach.Reason), negative at the lower",
+        np.int8,
+        (-max(Reason), max(Reason)),
+    ),
 )
 
 CODES = {

@@ -37,7 +37,7 @@ class Twist:
     duration: float | None = None
 
     def __init__(self, twist: npt.ArrayLike, duration: float | None = None) -> None:
-        object.__setattr__(self, "twist", _door.vector("twist", twist, 6))
+        object.__setattr__(self, "twist", _door.vector("twist", twist, 6, labels=_door.TWIST))
         object.__setattr__(self, "duration", None if duration is None else _door.positive("duration", duration))
 
     def __eq__(self, other: object) -> bool:
@@ -117,16 +117,17 @@ def commands(motion: Sequence[Motion], times: FloatArray, part: int) -> FloatArr
         raise TypeError("a course is planned, not sampled")
     if isinstance(item, Twist):
         return np.repeat(item.twist[None, :], len(times), axis=0)
-    return np.array([_door.vector(f"motion({t:g})", _called(item, float(t)), 6) for t in times])
+    # one number must not stand for six here
+    rows = [
+        _door.vector(f"motion({t:g})", _called(item, float(t)), 6, one_for_all=False, labels=_door.TWIST) for t in times
+    ]
+    return np.array(rows)
 
 
 def _called(function: Callable[[float], npt.ArrayLike], t: float) -> npt.ArrayLike:
     """A user's function at a time; what it raises carries a note of where."""
     try:
-        value = function(t)
+        return function(t)
     except Exception as error:
         error.add_note(f"raised by the scenario's motion at t = {t:g} s")
         raise
-    if np.ndim(value) == 0:  # one number must not stand for six here
-        raise InputError(f"motion({t:g})", _door.describe(value), "6 finite numbers")
-    return value

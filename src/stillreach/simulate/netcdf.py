@@ -9,15 +9,16 @@ from __future__ import annotations
 
 import os
 import signal
-import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
+from stillreach import _door
+from stillreach._files import file_name, new_file
 from stillreach.errors import InputError, MissingExtraError
 from stillreach.simulate.fields import AXES, CODES, FIELDS, RATE_UNITS, TWIST_COMPONENTS, Field
 from stillreach.status import Status
@@ -33,6 +34,14 @@ LABELS = {
     "component": ("component", "component of a twist"),
 }
 """Axis and long name of each variable that holds texts."""
+
+EXPECTED = "a netCDF file that run.save() wrote"
+
+OF_NETCDF = ("_NC", "_nc3")
+"""How the format's own attributes begin."""
+
+MOST_COMPRESSED = 1100
+"""Most bytes of an array for a byte in the file: no compression of HDF5 makes more; an array without data has more."""
 
 
 def to_dataset(run: Run) -> xarray.Dataset:
@@ -55,31 +64,83 @@ def to_dataset(run: Run) -> xarray.Dataset:
 
 
 def write(run: Run, path: str | os.PathLike[str]) -> None:
-    """Write a run; a file of that name is replaced whole or not at all."""
+    """Write a run to a new file that takes the old one's place only when it is complete."""
     h5netcdf = _h5netcdf("run.save()")
-    with replacing(path) as part, h5netcdf.File(part, "w") as file:
-        _fill(file, run)
+    _check_labels(run)
+    with _interrupts_wait(), new_file(path) as target:
+        sink = _Sink(target)
+        with h5netcdf.File(sink, "w") as file:
+            _fill(file, run)
+        if sink.error is not None:
+            raise sink.error
 
 
-@contextmanager
-def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A file to write beside its final place, moved there at the end: whoever stops this leaves the old file whole."""
-    target = Path(path)
-    with _interrupts_wait():
-        try:
-            handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
-        except OSError as error:
-            error.filename = str(target)  # what the caller knows
-            raise
-        os.close(handle)
-        part = Path(name)
-        try:
-            yield part
-            _as_new_file(part)
-            part.replace(target)
-        except BaseException:
-            part.unlink(missing_ok=True)
-            raise
+def _check_labels(run: Run) -> None:
+    """InputError for a label that a file cannot hold."""
+    for name in run.joint_names:
+        _door.text("joint_names", name)
+    for key, value in run.attrs.items():
+        _door.text("attrs", key)
+        if isinstance(value, str):
+            _door.text(f"attrs[{key!r}]", value)
+        elif not isinstance(value, float | np.number) and not (isinstance(value, int) and -(2**63) <= value < 2**63):
+            raise InputError(f"attrs[{key!r}]", _door.describe(value), "a text or a number of at most 64 bits")
+
+
+class _Sink:
+    """The file that HDF5 writes to. It never fails: HDF5 cannot give up a file that has no room, and ends the process.
+
+    Attributes:
+        error: what went wrong first; nothing was written from then on.
+    """
+
+    def __init__(self, file: BinaryIO) -> None:
+        self.error: BaseException | None = None
+        self._file, self._place, self._size = file, 0, 0
+
+    def write(self, data: memoryview) -> int:
+        """Write at the current position."""
+        self._try(lambda: (self._file.seek(self._place), self._file.write(data)))
+        self._place += len(data)
+        self._size = max(self._size, self._place)
+        return len(data)
+
+    def readinto(self, data: memoryview) -> int:
+        """Read back what was written."""
+        self._try(lambda: (self._file.seek(self._place), self._file.readinto(data)))  # type: ignore[attr-defined]
+        self._place += len(data)
+        return len(data)
+
+    def read(self, size: int) -> bytes:
+        """The same as bytes; h5py knows files by this method."""
+        data = bytearray(size)
+        self.readinto(memoryview(data))
+        return bytes(data)
+
+    def seek(self, place: int, origin: int = os.SEEK_SET) -> int:
+        """Move the position; only what is written moves the file's own."""
+        self._place = place + {os.SEEK_SET: 0, os.SEEK_CUR: self._place, os.SEEK_END: self._size}[origin]
+        return self._place
+
+    def tell(self) -> int:
+        """The position."""
+        return self._place
+
+    def truncate(self, size: int) -> int:
+        """Cut or extend the file."""
+        self._try(lambda: self._file.truncate(size))
+        self._size = size
+        return size
+
+    def flush(self) -> None:
+        """Nothing: the file is flushed when it is complete."""
+
+    def _try(self, action: Callable[[], object]) -> None:
+        if self.error is None:
+            try:
+                action()
+            except BaseException as error:
+                self.error = error
 
 
 @contextmanager
@@ -100,24 +161,77 @@ def _interrupts_wait() -> Iterator[None]:
 
 
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """The arguments of the Run that a file holds."""
-    h5netcdf = _h5netcdf("Run.load()")
-    expected = "a netCDF file that run.save() wrote"
-    if not Path(path).is_file():
-        raise FileNotFoundError(f"path: got {os.fspath(path)!r}, expected {expected}; there is none")
+    """The arguments of the Run that a file holds; sizes and types are checked before anything is read."""
+    _h5netcdf("Run.load()")
+    import h5py
+
+    name = file_name("path", path)
+    if not Path(name).is_file():
+        raise FileNotFoundError(f"path: got {name!r}, expected {EXPECTED}; there is none")
     try:
-        with h5netcdf.File(path, "r") as file:
-            arrays = {name: np.asarray(variable[...]) for name, variable in file.variables.items()}
-            attrs = {str(name): _plain(value) for name, value in file.attrs.items()}
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError("path", repr(os.fspath(path)), f"{expected} ({error})") from error
-    missing = [name for name in (*(entry.name for entry in FIELDS), "joint", "joint_unit") if name not in arrays]
+        with h5py.File(name, "r") as file:
+            return _values(file)
+    except _NotARun as error:
+        raise InputError("path", f"{name!r} {error}", EXPECTED) from None
+    except MemoryError:
+        raise
+    except Exception as error:  # HDF5 has no error of its own for files that it cannot read
+        raise InputError("path", f"{name!r} ({type(error).__name__}: {error})", EXPECTED) from error
+
+
+class _NotARun(Exception):
+    """What is wrong with a file."""
+
+
+def _values(file: Any) -> dict[str, Any]:
+    """Arrays and labels of an open file."""
+    missing = [name for name in (*(entry.name for entry in FIELDS), "joint", "joint_unit") if not _has(file, name)]
     if missing:
-        raise InputError("path", f"{os.fspath(path)!r} without {', '.join(missing)}", expected)
-    values: dict[str, Any] = {entry.name: arrays[entry.name] for entry in FIELDS}
-    values["joint_names"] = tuple(_text(name) for name in arrays["joint"])
-    values["joint_units"] = tuple(_text(unit) for unit in arrays["joint_unit"])
-    return {**values, "attrs": attrs}
+        raise _NotARun(f"without {', '.join(missing)}")
+    names, units = (_checked(file, name, None, "O") for name in ("joint", "joint_unit"))
+    time = _checked(file, "time", None, "f")
+    ticks, joints = len(time), len(names)
+    arrays = {entry.name: _checked(file, entry.name, entry.shape(ticks, joints), entry.kind) for entry in FIELDS}
+    return {
+        **{name: array[...] for name, array in arrays.items()},
+        "joint_names": tuple(str(name) for name in names.asstr()[...]),
+        "joint_units": tuple(str(unit) for unit in units.asstr()[...]),
+        "attrs": {name: _attribute(file.attrs, name) for name in file.attrs if not name.startswith(OF_NETCDF)},
+    }
+
+
+def _has(file: Any, name: str) -> bool:
+    """Whether the file has an array of that name itself, and not a link to one."""
+    import h5py
+
+    return isinstance(file.get(name, getlink=True), h5py.HardLink) and isinstance(file[name], h5py.Dataset)
+
+
+def _checked(file: Any, name: str, shape: tuple[int, ...] | None, kind: str) -> Any:
+    """One variable, not yet read: an array of this shape (None: any vector) and kind, whole and in this file."""
+    import h5py
+
+    array = file[name]
+    if array.dtype.kind != kind or (kind == "O" and h5py.check_string_dtype(array.dtype) is None):
+        raise _NotARun(f"with {name} of type {array.dtype}")
+    if array.ndim != 1 if shape is None else array.shape != shape:
+        raise _NotARun(f"with {name} of shape {array.shape}")
+    if array.external or array.is_virtual:
+        raise _NotARun(f"with {name} in another file")
+    if array.nbytes > MOST_COMPRESSED * array.id.get_storage_size():
+        raise _NotARun(f"with {array.nbytes} bytes of {name} in {array.id.get_storage_size()}")
+    return array
+
+
+def _attribute(attrs: Any, name: str) -> Any:
+    """An attribute as the Python number or text that was saved."""
+    if attrs.get_id(name).shape not in ((), (1,)):
+        raise _NotARun(f"with a list as {name}")
+    value = attrs[name]
+    value = value.item() if isinstance(value, np.generic | np.ndarray) else value
+    if not isinstance(value, str | int | float):
+        raise _NotARun(f"with {name} of type {type(value).__name__}")
+    return value
 
 
 def _fill(file: Any, run: Run) -> None:
@@ -154,24 +268,6 @@ def _attributes(entry: Field, joint_units: tuple[str, ...]) -> dict[str, Any]:
         attributes["flag_values"] = np.array(sorted(codes), dtype=np.int8)
         attributes["flag_meanings"] = " ".join(codes[code] for code in sorted(codes))
     return attributes
-
-
-def _as_new_file(part: Path) -> None:
-    """On the disk before it is moved, and with the rights of an ordinary new file: mkstemp makes private ones."""
-    with part.open("rb") as file:
-        os.fsync(file.fileno())
-    mask = os.umask(0)
-    os.umask(mask)
-    part.chmod(0o666 & ~mask)
-
-
-def _plain(value: Any) -> Any:
-    """An attribute as the Python number or text that was saved."""
-    return value.item() if isinstance(value, np.generic | np.ndarray) and value.size == 1 else value
-
-
-def _text(value: Any) -> str:
-    return value.decode() if isinstance(value, bytes) else str(value)
 
 
 def _h5netcdf(purpose: str) -> Any:

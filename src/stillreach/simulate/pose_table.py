@@ -129,11 +129,12 @@ def _rotations(value: npt.ArrayLike, count: int) -> FloatArray:
     R = np.asarray(value)
     if R.shape != (count, 3, 3):
         raise InputError("orientations", _door.describe(value), f"rotation matrices ({count}, 3, 3)")
+    turns = np.empty(R.shape)
     for k, matrix in enumerate(R):
         T = np.eye(4)
         T[:3, :3] = _door.matrix(f"orientations[{k}]", matrix, (3, 3))
-        _door.pose(f"orientations[{k}]", T)
-    return _door.frozen(R)
+        turns[k] = _door.pose(f"orientations[{k}]", T)[:3, :3]
+    return _door.frozen(turns)
 
 
 def _attitude(columns: list[str]) -> str | None:

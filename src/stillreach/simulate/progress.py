@@ -7,6 +7,8 @@ import time
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
+from stillreach._text import printable
+
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar
 
@@ -25,7 +27,7 @@ class Progress:
 
     def __init__(self, label: str, total: int, show: bool | None) -> None:
         self._label, self._total = label, total
-        self._wanted = sys.stderr.isatty() if show is None else show
+        self._wanted = _can_show() if show is None else show and sys.stderr is not None
         self._from = time.monotonic() + (0.0 if show else PATIENCE)
         self._bar: Bar | None = None
 
@@ -51,9 +53,19 @@ class Progress:
         from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
         from rich.progress import Progress as Bar
 
-        columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
+        columns = (
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            TaskProgressColumn(),
+            TimeRemainingColumn(),
+        )
         console = Console(stderr=True)
         bar = Bar(*columns, console=console, transient=console.is_terminal)
-        bar.add_task(self._label, total=self._total)
+        bar.add_task(printable(self._label), total=self._total)
         bar.start()
         return bar
+
+
+def _can_show() -> bool:
+    """Whether standard error is a terminal: a service has none, and a window may have closed it."""
+    return sys.stderr is not None and not sys.stderr.closed and sys.stderr.isatty()

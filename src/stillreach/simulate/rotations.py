@@ -94,7 +94,7 @@ def _about(angles: FloatArray) -> tuple[FloatArray, ...]:
 
 def orientation(name: str, value: Any) -> FloatArray:
     """A rotation matrix from a matrix (3, 3) or a rotation vector (3,) [rad]; InputError otherwise."""
-    if np.ndim(value) == 1:
+    if _door.array(name, value, "a rotation matrix (3, 3) or a rotation vector (3,)").ndim == 1:
         turned: FloatArray = exp(_door.vector(name, value, 3)[None])[0]
         return turned
     T = np.eye(4)

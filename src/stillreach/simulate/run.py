@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from stillreach import _door
 from stillreach._door import FloatArray
 from stillreach.errors import InputError
-from stillreach.simulate.fields import FIELDS
+from stillreach.simulate.fields import FIELDS, RATE_UNITS, Field
 from stillreach.simulate.labels import Attribute
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ class Run:
         attrs: labels, read-only: numbers and texts; ``law``, ``task``, ``faults`` and ``null_motion`` hold JSON.
 
     Raises:
-        InputError: an array has another shape than the others imply.
+        InputError: an array of another type, or of another shape than the others imply; a code without a meaning.
     """
 
     time: FloatArray
@@ -71,8 +72,10 @@ class Run:
         n, ticks = len(self.joint_names), len(self.time)
         if len(self.joint_units) != n:
             raise InputError("joint_units", f"{len(self.joint_units)} units", f"one for each of {n} joints")
+        for unit in self.joint_units:
+            _door.choice("joint_units", unit, tuple(RATE_UNITS))
         for entry in FIELDS:
-            array = np.array(getattr(self, entry.name), dtype=entry.dtype, order="C")
+            array = _array(entry, getattr(self, entry.name))
             if array.shape != entry.shape(ticks, n):
                 raise InputError(entry.name, f"shape {array.shape}", f"shape {entry.shape(ticks, n)}")
             array.flags.writeable = False
@@ -94,13 +97,14 @@ class Run:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run to a netCDF file (extra ``netcdf``), or to a NumPy archive where the name ends with ``.npz``.
 
-        A file of that name is replaced whole or not at all.
+        A file of that name is replaced whole or not at all, and keeps its permissions.
 
         Args:
             path: the file, e.g. ``"run.nc"``; its folder must exist.
 
         Raises:
             MissingExtraError: h5netcdf or h5py is not installed.
+            InputError: the path is not a file's name, or a pipe, socket or device; a label that a file cannot hold.
             OSError: the file cannot be written.
         """
         from stillreach.simulate import archive, netcdf
@@ -122,8 +126,13 @@ class Run:
         """
         from stillreach.simulate import archive, netcdf
 
-        read = archive.read if archive.is_archive(path) else netcdf.read
-        return cls(**read(path))
+        values = archive.read(path) if archive.is_archive(path) else netcdf.read(path)
+        try:
+            return cls(**values)
+        except InputError as error:
+            raise InputError(
+                "path", f"{os.fspath(path)!r} with {error.argument}: {error.got}", netcdf.EXPECTED
+            ) from None
 
     def plot(self) -> Figure:
         """A figure of the run: angles, rates, tool, task error and damping over time (extra ``plot``).
@@ -146,6 +155,22 @@ class Run:
         values = {entry.name: getattr(self, entry.name) for entry in FIELDS}
         values |= {"joint_names": self.joint_names, "joint_units": self.joint_units, "attrs": dict(self.attrs)}
         return _rebuild, (values,)
+
+
+def _array(entry: Field, value: Any) -> npt.NDArray[Any]:
+    """A copy of an array in its type; InputError where that would change its numbers, or for unknown codes."""
+    expected = f"numbers of type {np.dtype(entry.dtype)}" + (
+        "" if entry.codes is None else f" from {entry.codes[0]} to {entry.codes[1]}"
+    )
+    try:
+        given = np.asarray(value)
+    except ValueError:
+        raise InputError(entry.name, _door.describe(value), expected) from None
+    if not np.can_cast(given.dtype, entry.dtype, "same_kind"):
+        raise InputError(entry.name, _door.describe(value), expected)
+    if entry.codes is not None and given.size and not (entry.codes[0] <= given.min() and given.max() <= entry.codes[1]):
+        raise InputError(entry.name, f"codes from {given.min()} to {given.max()}", expected)
+    return np.array(given, dtype=entry.dtype, order="C")
 
 
 def _rebuild(values: dict[str, Any]) -> Run:

@@ -47,7 +47,7 @@ class Scenario:
 
     Args:
         arm: the arm.
-        start: (n,) joint values at time 0 [rad] or [m].
+        start: (n,) joint values at time 0 [rad] or [m], or a mapping or pandas Series by joint name.
         motion: one part or a list of them, one after the other: Twist, Line, Circle, Waypoints or PoseTable; the last
             may be a function of time or a Twist without a duration. After the last part the commanded twist is zero.
         faults: what fails when. A fault begins and ends at the first tick that is not before its time; of two on one
@@ -65,7 +65,7 @@ class Scenario:
         loop: ``"open"`` (the commanded twist alone) or ``"closed"`` (feedback on the pose that the commanded motion has
             led to, as ``Controller.track``, with the command as its feedforward).
         gain: [1/s] of that feedback.
-        track_limits: largest correction (linear [m/s], angular [rad/s]); None: no bound.
+        track_limits: largest correction (linear [m/s], angular [rad/s]), as for Controller; inf: no bound.
         return_rate: [rad/s, m/s] at which joints outside their position limits are asked back, as for Controller.
         transition_rate: [1/s] how fast the null motion takes over again after a fault, as for Controller; 0: at once.
         allow_outside: whether the start may be outside the position limits, and courses may lead farther than the arm
@@ -104,10 +104,14 @@ class Scenario:
     def __post_init__(self) -> None:
         if not isinstance(self.arm, Arm):
             raise InputError("arm", _door.describe(self.arm), "an Arm")
+        for name in (self.arm.name, *self.arm.joint_names):
+            _door.text("arm", name)
         checked = {
+            "name": _door.text("name", self.name),
+            "description": _door.text("description", self.description),
             "law": LeastError() if self.law is None else self.law,
             "task": Task() if self.task is None else self.task,
-            "start": _door.vector("start", self.start, self.arm.n),
+            "start": _door.vector("start", self.start, self.arm.n, labels=self.arm.labels),
             "motion": checked_motion(self.motion),
             "faults": self._checked_faults(),
             "period": _door.positive("period", self.period),

@@ -125,7 +125,7 @@ class Line(Course):
         ramp: float = RAMP,
         relative: bool = False,
     ) -> None:
-        point = None if to is None else _door.vector("to", to, 3, one_for_all=False)
+        point = None if to is None else _door.vector("to", to, 3, one_for_all=False, labels=_door.POINT)
         turn = None if orientation is None else _turn("orientation", orientation)
         set_fields(self, to=point, orientation=turn, duration=_door.positive("duration", duration), relative=relative)
         _set_speed(self, profile, ramp)
@@ -186,7 +186,7 @@ class Circle(Course):
     ) -> None:
         set_fields(
             self,
-            centre=_door.vector("centre", centre, 3, one_for_all=False),
+            centre=_door.vector("centre", centre, 3, one_for_all=False, labels=_door.POINT),
             axis=_door.unit_vector("axis", axis),
             angle=_door.scalar("angle", angle),
             duration=_door.positive("duration", duration),

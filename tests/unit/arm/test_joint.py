@@ -97,7 +97,7 @@ def test_joints_are_equal_when_all_they_hold_is():
 
 
 ALMOST = np.eye(4)
-ALMOST[0, 1] = 1e-8
+ALMOST[0, 1] = 3e-5
 TILTED_ROW = np.eye(4)
 TILTED_ROW[3, 0] = 0.1
 
@@ -120,7 +120,7 @@ TILTED_ROW[3, 0] = 0.1
         ("placement", np.diag([1, 1, -1, 1]), "a reflection"),
         ("placement", np.zeros((4, 4)), "the last row"),
         ("placement", np.diag([1e200, 1, 1, 1]), "off by inf"),
-        ("placement", ALMOST, "off by 1e-08"),
+        ("placement", ALMOST, "off by 3e-05"),
         ("placement", TILTED_ROW, "the last row [0.1, 0.0, 0.0, 1.0]"),
         ("placement", np.full((4, 4), np.nan), "got nan at index (0, 0)"),
         ("position_limits", (1, 0), "lower <= upper"),

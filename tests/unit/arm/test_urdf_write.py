@@ -138,5 +138,5 @@ def test_a_file_is_written(tmp_path):
     assert sr.Arm.from_urdf(path).joint_names == arm.joint_names
     with pytest.raises(OSError, match="gone"):
         arm.to_urdf(tmp_path / "gone" / "arm.urdf")
-    with pytest.raises(sr.InputError, match="a path to write to"):
+    with pytest.raises(sr.InputError, match="the name of a file"):
         arm.to_urdf(7)

@@ -78,6 +78,4 @@ def test_every_law_of_the_package_has_a_name():
     for name, kind in LAWS.items():
         assert parse_law(name) == getattr(sr, kind)()
     assert parse_law("singularity-robust:damping=0.25:norm=2") == sr.SingularityRobust(damping=0.25, norm="2")
-    assert parse_law("least-error:price=none:rank_tolerance=1e-8") == sr.LeastError(
-        price=None, rank_tolerance=1e-8
-    )
+    assert parse_law("least-error:price=none:rank_tolerance=1e-8") == sr.LeastError(price=None, rank_tolerance=1e-8)

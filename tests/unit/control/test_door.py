@@ -96,7 +96,7 @@ BAD_POSES = {
     "reflection": (reflection, "reflection"),
     "last row": (lambda: with_entry(3, 3, 2.0), "last row"),
     "nan in the last row": (lambda: with_entry(3, 0, np.nan), "nan"),
-    "not quite a rotation": (lambda: with_entry(0, 1, 3e-7), "orthonormal"),
+    "not quite a rotation": (lambda: with_entry(0, 1, 3e-5), "orthonormal"),
     "text": (lambda: "home", "'home'"),
     "scalar": (lambda: 1.0, "1.0"),
 }

@@ -238,3 +238,16 @@ def test_reset_with_no_rates_is_refused_and_changes_nothing(rates):
     ctl.reset(np.arange(8.0))
     refused(lambda: ctl.reset(rates), "rates")
     np.testing.assert_array_equal(ctl.last_rates, np.arange(8.0))
+
+
+def test_a_follower_cannot_fail_alone_and_the_message_names_its_leader():
+    follower = sr.Follower(sr.Joint(name="mimic"), leader="finger", place=1)
+    arm = sr.Arm([sr.Joint(name="finger")], followers=[follower])
+    for call in (
+        lambda: sr.Controller(arm).fail("mimic"),
+        lambda: sr.Controller(arm).restore("mimic"),
+        lambda: sr.Scenario(arm=arm, start=[0.0], motion=sr.Twist(np.zeros(6), duration=1.0), faults=sr.Fault("mimic")),
+        lambda: arm.singular_values([0.0], joints=["mimic"]),
+    ):
+        with pytest.raises(sr.UnknownJointError, match=r"'mimic', which follows 'finger'.* one of finger"):
+            call()

@@ -252,3 +252,48 @@ def test_a_null_motion_that_is_none_is_refused_and_the_old_one_stays(make, argum
     expected = ctl.step(Q_PAPER, TWIST).rates
     refused(lambda: ctl.set_null_motion(make()), argument)
     np.testing.assert_array_equal(ctl.step(Q_PAPER, TWIST).rates, expected)
+
+
+def still(arm, q, posture, **settings):
+    """Rates of a task that no joint of a planar arm can serve: those of the posture alone."""
+    task = sr.Task(rows=(False, False, True, False, False, False))
+    null_motion = sr.Posture(q=posture, gain=1.0)
+    return (
+        sr.Controller(arm, task=task, null_motion=null_motion, rate_limits=np.inf, **settings)
+        .step(q, np.zeros(6))
+        .rates
+    )
+
+
+@pytest.mark.parametrize("q", [3.1, -3.1, 0.5, 7.0, -40.0, np.pi, 1e6])
+@pytest.mark.parametrize("posture", [-3.1, 3.1, 0.0, 20.0])
+def test_a_joint_that_turns_without_end_takes_the_short_way(q, posture):
+    way = still(sr.arms.planar(2), [q, 0.3], [posture, 0.3])
+    np.testing.assert_allclose(np.exp(1j * (q + way[0])), np.exp(1j * posture), atol=1e-9)
+    assert abs(way[0]) <= np.pi
+    np.testing.assert_allclose(way[1], 0.0, atol=1e-12)
+    if abs(posture - q) < np.pi:
+        np.testing.assert_allclose(way[0], posture - q, rtol=1e-12)
+
+
+def test_a_joint_with_a_limit_takes_the_way_that_it_has():
+    for limits in ((-4.0, 4.0), (-4.0, np.inf), (-np.inf, 4.0)):
+        way = still(sr.arms.planar(2), [3.1, 0.0], [-3.1, 0.0], position_limits=[limits, (-9, 9)])
+        np.testing.assert_allclose(way[0], -6.2)
+    ctl = sr.Controller(sr.arms.planar(2), null_motion=sr.Posture(q=[-3.1, 0.0]), rate_limits=np.inf)
+    ctl.set_limits(position=(-4.0, 4.0))
+    assert ctl.step([3.1, 0.0], np.zeros(6)).rates[0] <= 0.0
+
+
+def test_a_slide_takes_the_straight_way():
+    slider = sr.Arm([sr.Joint(kind="prismatic")])
+    task = sr.Task(rows="orientation")
+    ctl = sr.Controller(slider, task=task, null_motion=sr.Posture(q=[-3.1]))
+    np.testing.assert_allclose(ctl.step([3.1], np.zeros(6)).rates, [-6.2])
+
+
+@pytest.mark.parametrize(("multiplier", "way"), [(2.0, 2 * np.pi - 6.2), (-1.0, 2 * np.pi - 6.2), (0.5, -6.2)])
+def test_a_whole_turn_leads_back_only_where_followers_come_back_too(multiplier, way):
+    leader = sr.Joint(name="leader")
+    follower = sr.Follower(sr.Joint(name="follower"), leader="leader", place=1, multiplier=multiplier)
+    np.testing.assert_allclose(still(sr.Arm([leader], followers=[follower]), [3.1], [-3.1]), [way])

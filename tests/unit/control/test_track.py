@@ -1,12 +1,14 @@
 """track(): from the error of the pose to a twist; geodesic in orientation, bounded, right through a half turn."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 import stillreach as sr
 from tests.unit.arm.odd_arms import placement
-from tests.unit.control.robots import Q_PAPER, TWIST, configuration, mixed, paper, skew
+from tests.unit.control.robots import Q_PAPER, TWIST, configuration, mixed, paper, refused, skew
 
 ANGLES = [
     0.0,
@@ -28,7 +30,7 @@ AXES = [*np.eye(3), *-np.eye(3), (1, 1, 0), (0, 1, -1), (1, 1, 1), (-3, 2, 0.1),
 
 def correction(arm, q, target, **settings):
     """The twist that is asked for, read from the answer."""
-    return np.array(sr.Controller(arm, **settings).track(q, target).twist)
+    return np.array(sr.Controller(arm, **{"track_limits": np.inf, **settings}).track(q, target).twist)
 
 
 def rotation(R):
@@ -64,7 +66,7 @@ def test_the_correction_is_the_rotation_vector(angle, axis):
 
 def test_random_rotations_are_reached_by_the_shortest_turn():
     arm = mixed()
-    ctl = sr.Controller(arm, track_gain=1.0)
+    ctl = sr.Controller(arm, track_gain=1.0, track_limits=np.inf)
     rng = np.random.default_rng(41)
     for turn in Rotation.random(500, rng=rng):
         q = rng.uniform(-3, 3, arm.n)
@@ -109,7 +111,7 @@ def test_the_correction_is_bounded_along_its_direction_and_the_feedforward_is_no
 def test_a_correction_within_its_bounds_is_left_alone():
     arm, q = paper(), Q_PAPER
     target = turned(arm.forward(q), Rotation.from_rotvec([0.01, 0, 0]), (0.01, 0, 0))
-    a, b = (correction(arm, q, target, track_limits=limits) for limits in (None, (1.0, 1.0)))
+    a, b = (correction(arm, q, target, track_limits=limits) for limits in (np.inf, (1.0, 1.0)))
     np.testing.assert_array_equal(a, b)
 
 
@@ -192,3 +194,83 @@ def test_the_bound_tick_tracks_too():
     target[:] = arm.forward(Q_PAPER)
     tick()
     np.testing.assert_allclose(rates, sr.Controller(arm).step(Q_PAPER, TWIST).rates, atol=1e-12)
+
+
+def lengths(arm, **settings):
+    """Lengths of the two parts of the correction towards a pose that is far away in both, and the controller."""
+    ctl = sr.Controller(arm, track_gain=10.0, **settings)
+    for joint, kind in FAILURES.get(arm.name, {}).items():
+        ctl.fail(joint, kind)
+    far = turned(arm.forward(np.zeros(arm.n)), Rotation.from_rotvec([0, 0, 3.0]), (100, 0, 0))
+    twist = ctl.track(np.zeros(arm.n), far).twist
+    return np.linalg.norm(twist[:3]), np.linalg.norm(twist[3:])
+
+
+FAILURES = {
+    "one locked": {"j1": sr.Locked()},
+    "runaway": {"j3": sr.Runaway(0.1)},
+    "derated": {"j1": sr.Derated(0.5)},
+    "all failed": {"j1": sr.Locked(), "j2": sr.Locked(), "j3": sr.Derated(0.0)},
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "linear", "angular"),
+    [
+        ("healthy", 3.0, 2.0),  # j1 at 1 rad/s, 3 m from the tool; j3 turns it at 2 rad/s
+        ("one locked", 2.0, 2.0),  # j3, 1 m from the tool
+        ("runaway", 3.0, 1.0),
+        ("derated", 2.0, 2.0),  # j1 at 0.5 rad/s: 1.5 m/s
+        ("all failed", 1000.0, 30.0),  # no bound: 10 times the errors
+    ],
+)
+def test_by_default_the_correction_is_what_one_working_joint_can_do(name, linear, angular):
+    three = sr.arms.planar(3).with_limits(velocity=(1.0, 0.5, 2.0))
+    arm = sr.Arm(three.joints, tool=three.tool, name=name)
+    np.testing.assert_allclose(lengths(arm), (linear, angular), rtol=1e-9)
+
+
+def test_the_default_bound_follows_the_tool_of_the_task_slides_followers_and_new_limits():
+    turn, slider = sr.Joint(name="a", velocity_limit=1.0), sr.Joint(name="b", kind="prismatic", axis=(1, 0, 0))
+    slider = dataclasses.replace(slider, velocity_limit=0.2, position_limits=(-0.5, 0.3))
+    arm = sr.Arm([turn, slider], tool=placement((1, 0, 0)))
+    assert lengths(arm) == pytest.approx((1.5, 1.0))  # 1 m, and the slide's 0.5 m
+    assert lengths(arm, task=sr.Task(tool=placement((2, 0, 0)))) == pytest.approx((3.5, 1.0))
+    assert lengths(sr.Arm([slider])) == pytest.approx((0.2, 30.0))  # nothing turns: 10 times 3 rad
+    free = dataclasses.replace(slider, position_limits=(-np.inf, np.inf))
+    assert lengths(sr.Arm([turn, free])) == pytest.approx((1000.0, 1.0))
+    follower = sr.Follower(sr.Joint(name="f", placement=placement((1, 0, 0))), leader="a", place=1, multiplier=-2.0)
+    assert lengths(sr.Arm([turn], tool=placement((1, 0, 0)), followers=[follower])) == pytest.approx((4.0, 3.0))
+    ctl = sr.Controller(arm, track_gain=10.0)
+    ctl.set_limits(velocity=(2.0, 0.2))
+    far = turned(arm.forward([0, 0]), Rotation.from_rotvec([0, 0, 3.0]), (100, 0, 0))
+    np.testing.assert_allclose(np.linalg.norm(ctl.track([0, 0], far).twist[:3]), 3.0)
+
+
+@pytest.mark.parametrize("limits", [np.inf, (np.inf, np.inf)])
+def test_infinite_limits_leave_the_correction_as_it_is(limits):
+    arm = sr.arms.planar(3).with_limits(velocity=0.1)
+    assert lengths(arm, track_limits=limits) == pytest.approx((1000.0, 30.0))
+
+
+@pytest.mark.parametrize("value", [-1.0, np.nan, (1.0,), (1.0, 1.0, 1.0), "none", (0.1, -0.1)])
+def test_what_is_no_pair_of_limits_is_refused(value):
+    refused(lambda: sr.Controller(paper(), track_limits=value), "track_limits")
+
+
+PANDA = [(0, 0, 0.333), (0, -1, 0), (0, 1, 0.316), (0.0825, 1, 0), (-0.0825, -1, 0.384), (0, 1, 0), (0.088, 1, 0.107)]
+
+
+@pytest.mark.parametrize("gain", [2.0, 10.0])
+def test_a_target_out_of_reach_does_not_make_joints_flip(gain):
+    """A Panda by its maker's table: without a bound a joint went from limit to limit in every tick, at a gain of 10."""
+    rows = [sr.DHRow(a=a, alpha=turns * np.pi / 2, d=d) for a, turns, d in PANDA]
+    arm = sr.Arm.from_dh(rows, "modified", velocity_limits=[2.175] * 4 + [2.61] * 3)
+    q = np.array([0, -0.785, 0, -2.356, 0, 1.571, 0.785])
+    target = arm.forward(q)
+    target[:3, 3] = (2.0, 0.1, 0.5)
+    ctl, rates = sr.Controller(arm, period=0.01, track_gain=gain), []
+    for _ in range(1200):
+        rates.append(ctl.track(q, target).rates)
+        q = q + 0.01 * rates[-1]
+    assert np.abs(np.diff(rates[1000:], axis=0)).max() < 1e-3

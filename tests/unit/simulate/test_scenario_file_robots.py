@@ -98,3 +98,15 @@ def test_an_mjcf_is_found_beside_the_scenario_file(load, tmp_path):
     arm = load(f'start = [90, 20]\n{units}[robot]\nmjcf = "arm.xml"\ntip = "hand"\n{WAIT}')
     assert arm.arm.joint_names == ("hinge", "slide")
     np.testing.assert_allclose(arm.arm.forward(arm.start)[:3, 3], [0.5, 0.0, -0.2], atol=1e-12)
+
+
+def test_a_fault_of_a_follower_is_a_mistake_that_names_its_leader(load, tmp_path):
+    (tmp_path / "hand.urdf").write_text(
+        '<robot name="hand"><link name="palm"/><link name="a"/><link name="b"/>'
+        '<joint name="finger" type="continuous"><parent link="palm"/><child link="a"/><axis xyz="0 0 1"/></joint>'
+        '<joint name="mimic" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>'
+        '<mimic joint="finger"/></joint></robot>'
+    )
+    text = '[robot]\nurdf = "hand.urdf"\n[start]\nfinger = 0.1\n[[motion]]\nkind = "wait"\nduration = 1\n'
+    with pytest.raises(sr.ScenarioFileError, match=r"faults\[0\].joint: got 'mimic', which follows 'finger'"):
+        load(text + '[[faults]]\njoint = "mimic"\nkind = "locked"\n')

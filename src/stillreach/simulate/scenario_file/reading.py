@@ -9,6 +9,7 @@ import numpy as np
 
 from stillreach._door import FloatArray
 from stillreach.arm import Arm
+from stillreach.arm.follower import note_of
 from stillreach.errors import InputError, Mistake, listing
 from stillreach.simulate.scenario_file.document import Document, Place
 from stillreach.simulate.scenario_file.units import Units
@@ -89,7 +90,7 @@ class Reading:
         """A name that is no joint's."""
         expected = f"a joint of {arm.name}: {listing(arm.joint_names)}"
         hint = did_you_mean(name, arm.joint_names) if len(self.mistakes) < MOST else ""
-        self.wrong(place, shown(name), expected, hint)
+        self.wrong(place, shown(name) + note_of(name, arm.followers), expected, hint)
 
     def joint_values(
         self, place: Place, arm: Arm, factors: FloatArray, others: FloatArray, *, one_for_all: bool = False

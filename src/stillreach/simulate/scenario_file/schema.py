@@ -53,7 +53,7 @@ class ScenarioTable(Table):
     loop: Literal["open", "closed"] = Field("open", description="Whether the tool's pose is fed back.")
     gain: NotNegative | None = Field(None, description="Gain of the feedback [1/s]; 2 if absent.")
     track_limits: Annotated[list[Limit], *exactly(2)] | None = Field(
-        None, description="Largest correction [length/s, angle/s]; none if absent."
+        None, description="Largest correction [length/s, angle/s]; what one joint can do if absent."
     )
     rate_limits: Limits | None = Field(None, description="In place of the arm's own [angle/s, or length/s for slides].")
     position_limits: Intervals | None = Field(None, description="Lower and upper, in place of the arm's own.")
