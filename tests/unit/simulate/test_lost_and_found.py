@@ -94,7 +94,7 @@ def test_ctrl_c_during_a_save_waits_until_the_file_stands(tmp_path, monkeypatch)
 def test_a_killed_save_leaves_the_old_file_whole(tmp_path):
     old, path = small_run(), tmp_path / "run.nc"
     new = small_run(period=3e-4)
-    left = 0
+    left = set()
     for trial in range(6):
         old.save(path)
         with warnings.catch_warnings():
