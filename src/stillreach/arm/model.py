@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -165,7 +166,7 @@ class Arm(RobotFiles, Value):
             for moving in self.chain
             if moving.joint.kind == "prismatic"
         ]
-        return float(sum(np.linalg.norm(T[:3, 3]) for T in links) + sum(slides))
+        return float(sum(math.hypot(*T[:3, 3]) for T in links) + sum(slides))
 
     @cached_property
     def chain(self) -> tuple[Moving, ...]:

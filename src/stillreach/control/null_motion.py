@@ -115,6 +115,7 @@ class Gradient(NullMotion):
     Args:
         gradient: (n,), or a callable q (n,) -> (n,) that is evaluated once a tick. Inside a running loop a callable
             that fails, or answers with something else, switches the null motion off for that tick (INVALID_INPUT).
+            KeyboardInterrupt and SystemExit are raised.
         gain: rates per unit of the gradient.
     """
 

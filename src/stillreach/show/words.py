@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 
+from stillreach._text import printable
+
 NAME_LETTERS, TITLE_LETTERS = 26, 90
 
 
 def in_picture(text: str, letters: int = NAME_LETTERS) -> str:
     """A name or title for a picture: in one line, of a long one both ends."""
-    text = " ".join(text.split())
+    text = printable(" ".join(text.split()))
     if len(text) > letters:
         text = f"{text[: letters // 2 - 1]}…{text[-(letters // 2) :]}"
     return f" {text}" if text.startswith("_") else text  # matplotlib leaves what begins so out of legends

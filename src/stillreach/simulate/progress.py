@@ -27,7 +27,7 @@ class Progress:
 
     def __init__(self, label: str, total: int, show: bool | None) -> None:
         self._label, self._total = label, total
-        self._wanted = _can_show() if show is None else show and sys.stderr is not None
+        self._wanted = _there() and (sys.stderr.isatty() if show is None else show)
         self._from = time.monotonic() + (0.0 if show else PATIENCE)
         self._bar: Bar | None = None
 
@@ -66,6 +66,6 @@ class Progress:
         return bar
 
 
-def _can_show() -> bool:
-    """Whether standard error is a terminal: a service has none, and a window may have closed it."""
-    return sys.stderr is not None and not sys.stderr.closed and sys.stderr.isatty()
+def _there() -> bool:
+    """Whether there is a standard error: a service has none, and a program may have closed it."""
+    return sys.stderr is not None and not sys.stderr.closed
