@@ -28,6 +28,7 @@ def run_attributes(scenario: Scenario, *, interrupted: bool) -> dict[str, Attrib
         "rate_limits": "infinite: no rate limit" if np.all(np.isinf(limits)) else "see lower and upper",
         "null_motion": "none" if scenario.null_motion is None else repr(scenario.null_motion),
         "feedback": f"on the pose, {scenario.gain:g} 1/s" if scenario.loop == "closed" else "none",
+        "clock": scenario.clock,
         "integrator": scenario.integrator,
         "period": float(scenario.period),
         "duration": float(scenario.duration or 0.0),
