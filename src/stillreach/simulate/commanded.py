@@ -40,9 +40,8 @@ class Commanded:
 
 
 def commanded(scenario: Scenario, looks: int = LOOKS) -> Commanded:
-    """Where the motion of a scenario leads, at up to about so many ticks; a clock that follows the arm is never late here."""
-    stride = max(1, scenario.steps // looks)
-    motion, starts = checked_motion(scenario.motion), scenario.part_starts()
+    """Where the motion of a scenario leads, at up to about so many ticks, whatever its clock."""
+    stride, motion = max(1, scenario.steps // looks), checked_motion(scenario.motion)
     ticks = [np.array([0])]
     for part, (first, end) in enumerate(_spans(scenario)):
         free = part < len(motion) and callable(motion[part])
@@ -53,7 +52,7 @@ def commanded(scenario: Scenario, looks: int = LOOKS) -> Commanded:
 
 
 def followed_by(scenario: Scenario, run: Run, goal: Commanded) -> Commanded:
-    """Where the tool of a run should be at its ticks: at the path times of a clock that follows the arm, else the goal's."""
+    """Where the tool of a run should be: the goal, or the path at the run's path times if its clock follows the arm."""
     if scenario.clock == "time":
         return goal
     return Commanded(np.arange(len(run)), _poses(scenario, run.path_time / scenario.period))
@@ -99,7 +98,7 @@ def deviation(scenario: Scenario, run: Run, goal: Commanded) -> tuple[npt.NDArra
 
 
 def off_goal(scenario: Scenario, run: Run, goal: Commanded) -> tuple[float, float]:
-    """Distance [m] and angle [rad] of a run's tool, in the end, from where the motion ends; arguments as for ``deviation``."""
+    """Distance [m] and angle [rad] at which a run's tool ends from where its motion does; arguments as of deviation."""
     distance, angle = _off(scenario, run.pose[-1:], goal.poses[-1:])
     return float(distance[0]), float(angle[0])
 

@@ -9,9 +9,8 @@ from stillreach.simulate.motion import TICK_TOLERANCE, checked_motion, commands
 from stillreach.simulate.path import Stretch, held_between, led_to, stretches
 from stillreach.simulate.scenario import Scenario
 
-
 LEAST_SHARE = 1e-3
-"""A chord of the path over at least this share of a step gives the direction in which a tool that stands still is to go."""
+"""A chord over at least this share of a step says where a tool that stands still is to go."""
 
 
 def orders_of(scenario: Scenario) -> Orders:
@@ -101,7 +100,7 @@ class ArmOrders(Orders):
         """and the scale of the last tick, as which the next is likely to be."""
 
     def chunk(self, first: int, end: int, *, last: bool) -> tuple[FloatArray, FloatArray | None]:
-        """The order of the tick ``first``: what leads over the part of the path that the arm is likely to go, at full speed."""
+        """The order of tick ``first``: the direction of what the arm is likely to do, at full speed."""
         part, reach = self._part(), max(self._share, LEAST_SHARE)
         self._reach = min(1.0, self._end(part) - self._now)
         stretch = self._stretches.get(part)

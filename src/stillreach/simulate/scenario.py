@@ -64,8 +64,8 @@ class Scenario:
         null_motion: what is done with the freedom that the task leaves, as for Controller; None is nothing.
         loop: ``"open"`` (the commanded twist alone) or ``"closed"`` (feedback on the pose that the commanded motion has
             led to, as ``Controller.track``, with the command as its feedforward).
-        clock: ``"time"``, or ``"arm"``: the motion waits for the arm. After each tick its time has gone on by the tick's
-            ``scale`` times the period, so that a tool under KeepDirection slows down on its path and is not left behind.
+        clock: ``"time"``, or ``"arm"``: the motion waits for the arm. Each tick takes its time on by the tick's
+            ``scale`` times the period, so that under KeepDirection the tool slows down and is not left behind.
             Needs a duration, within which the motion may or may not end, and Euler steps.
         gain: [1/s] of that feedback.
         track_limits: largest correction (linear [m/s], angular [rad/s]); None: no bound.
@@ -202,7 +202,9 @@ class Scenario:
         if self.duration is not None:
             return _door.positive("duration", self.duration)
         if self.clock == "arm":
-            raise InputError("duration", "None", "a time above 0: with clock='arm' the motion takes as long as the arm needs")
+            raise InputError(
+                "duration", "None", "a time above 0: with clock='arm' the motion takes as long as the arm needs"
+            )
         last = ends(checked_motion(self.motion))
         if len(last) == 0 or np.isinf(last[-1]):
             raise InputError("duration", "None", "a time above 0: this motion has no end of its own")

@@ -97,7 +97,9 @@ def test_a_function_of_time_is_asked_at_the_path_time():
 def test_an_unlimited_run_is_the_same_by_both_clocks():
     motion = [sr.Circle(centre=[0, 0.05, 0], axis=[1, 0, 0], duration=1.0, relative=True), sr.Twist([0.01] * 6, 0.5)]
     settings = {"arm": ROBOTS["Panda"].make(), "start": HOME, "duration": 2.0, "law": sr.KeepDirection()}
-    runs = [sr.simulate(sr.Scenario(**settings, motion=motion, clock=clock, loop="closed")) for clock in ("time", "arm")]
+    runs = [
+        sr.simulate(sr.Scenario(**settings, motion=motion, clock=clock, loop="closed")) for clock in ("time", "arm")
+    ]
     assert np.all(runs[0].scale == 1.0)
     np.testing.assert_allclose(runs[1].q, runs[0].q, atol=1e-12)
     np.testing.assert_array_equal(runs[1].path_time, runs[0].path_time)
