@@ -196,7 +196,6 @@ static void reset(Controller& c, nb::handle rates) {
   else
     read_vector("rates", rates, c.n(), c.measured.data()), std::memcpy(c.state.last, c.measured.data(), sizeof(double) * c.n());
   std::memset(c.state.active, 0, c.n());
-  std::memset(c.state.plane, 0, sizeof c.state.plane);
   c.state.transition = 0.0;
 }
 

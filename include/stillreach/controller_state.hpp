@@ -42,7 +42,6 @@ struct ControllerState {
   double* anchor;          // n: those when a joint last failed or was restored
   std::int8_t* active;     // n: bounds active a tick ago, as in Answer::active
   int bounds_stand;        // with constant_bounds: they are computed and no fault came since
-  double plane[6];         // KeepDirection's supporting plane a tick ago
   double transition;       // 1 just after a fault, falls to 0
 
   // this tick
