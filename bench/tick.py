@@ -1,7 +1,7 @@
 """Time of one control tick from Python, beside Pinocchio's Jacobian with NumPy's damped least squares.
 
 Minima of interleaved repeats in one process on one core, averaged over many poses along short paths; reading
-``out.rates`` included. ``make bench`` prints the table.
+``out.rates`` included. Then the slowest of hostile ticks under every law (``hostile.py``). ``make bench`` prints both.
 """
 
 import argparse
@@ -12,6 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 import stillreach as sr
+from bench.hostile import TICKS, print_hostile
 from bench.pinocchio_peer import PinocchioPeer
 from bench.timing import Row, machine_note, measure, pin_to_one_core
 from bench.workload import OVER, Workload, arm, controller, workload
@@ -169,7 +170,9 @@ def print_startup(times: list[float]) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=15.0, help="how long the ticks are timed")
-    seconds = parser.parse_args().seconds
+    parser.add_argument("--hostile", type=int, default=TICKS, help="hostile ticks for each law; 0: none")
+    given = parser.parse_args()
+    seconds = given.seconds
     cores = pin_to_one_core()
     work = workload(OVER)
     rows = make_rows(work)
@@ -177,6 +180,8 @@ def main() -> None:
     repeats = measure(rows, seconds)
     print_table(rows)
     print_startup(startup())
+    if given.hostile:
+        print_hostile(given.hostile)
     print(
         f"{repeats} interleaved repeats of {len(work)} ticks on one core; the pseudoinverse is {OVER:g} times over the"
     )

@@ -83,7 +83,8 @@ static void set_track_limits(Controller& c, double linear, double angular) { c.s
 // What the controller did and what is broken, for a copy of it: numbers, then one byte each.
 template <class Visit>
 static void each_memory(stillreach::ControllerState& s, int n, Visit visit) {
-  visit(s.fault_value, n), visit(s.last, n), visit(s.anchor, n), visit(s.plane, 6), visit(&s.transition, 1);
+  visit(s.fault_value, n), visit(s.last, n), visit(s.anchor, n), visit(&s.transition, 1);
+  visit(s.multiplier.u, 6), visit(s.multiplier.kappa, stillreach::kParts), visit(&s.multiplier.known, 1);
   visit(s.health, n), visit(s.active, n), visit(s.closing, n);
 }
 
@@ -96,7 +97,8 @@ static nb::bytes get_state(Controller& c) {
 
 static void set_state(Controller& c, nb::bytes state) {
   const int n = c.n();
-  const std::size_t wanted = sizeof(double) * (3 * n + 7) + 3 * n;
+  std::size_t wanted = 0;
+  each_memory(c.state, n, [&](auto* to, int count) { wanted += sizeof *to * count; });
   if (state.size() != wanted) refuse("state", std::to_string(state.size()) + " bytes", std::to_string(wanted) + " bytes");
   const char* at = static_cast<const char*>(state.data());
   const auto take = [&](auto* to, int count) { std::memcpy(to, at, sizeof *to * count), at += sizeof *to * count; };
@@ -282,7 +284,6 @@ static void reset(Controller& c, nb::handle rates) {
     std::memcpy(c.state.last, read.data(), sizeof(double) * c.n());
   }
   std::memset(c.state.active, 0, c.n());
-  std::memset(c.state.plane, 0, sizeof c.state.plane);
   c.state.transition = 0.0;
 }
 

@@ -34,7 +34,7 @@ static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::ha
   const stillreach::Problem p{m, n, s.jacobian(), s.twist(), s.lower(), s.upper(), reference.is_none() ? nullptr : nearby.data(),
                               metric.data->view(), typical};
   stillreach::Multiplier multiplier{};
-  stillreach::Answer out{rates.data(), s.residual(), reasons, nullptr, 0, 0, 0.0, 1.0, 0.0, &multiplier};
+  stillreach::Answer out{rates.data(), s.residual(), reasons, 0, 0, 0.0, 1.0, 0.0, &multiplier};
   kernel().solve(law.settings, p, scratch->memory(), out);
   s.status = out.status, s.iterations = out.iterations, s.damping = out.damping, s.scale = out.scale, s.task_error = out.task_error;
   s.set_multiplier(multiplier);

@@ -166,7 +166,7 @@ inline void write_invalid(const Batch& b, std::ptrdiff_t row, double* rates, std
     const bool room = leaves_room(low[i], high[i]);
     rates[i] = room ? clamp(0.0, low[i], high[i]) : 0.0, active[i] = room && low[i] == high[i] ? FAULT : FREE;
   }
-  write_single(b, row, Answer{rates, residual, active, nullptr, INVALID_INPUT, 0, 0.0, 0.0, 0.0});
+  write_single(b, row, Answer{rates, residual, active, INVALID_INPUT, 0, 0.0, 0.0, 0.0});
   const double nothing[12] = {};
   if (b.pose) write_pose(nothing, b.pose + 16 * row), b.pose[16 * row + 15] = 0.0;
   if (b.jacobian)
@@ -209,7 +209,7 @@ inline STILLREACH_NOINLINE void solve_alone(const Batch& b, std::ptrdiff_t row, 
   if (b.acceleration) limited = limited_bounds(b, row, bounds, w.bytes + n), low = bounds, high = bounds + n;
   for (int i = 0; i < n; ++i) active[i] = 0;
   const Problem p{m, n, task, twist, low, high, b.reference ? b.reference + row * b.reference_stride : nullptr, b.metric, row_typical(b, row)};
-  Answer out{rates, residual, active, nullptr, OK, 0, 0.0, 1.0, 0.0};
+  Answer out{rates, residual, active, OK, 0, 0.0, 1.0, 0.0};
   solve_law(b.law, p, w.workspace, out);
   out.status = limited.with(out.status);
   for (int i = 0; i < n; ++i)

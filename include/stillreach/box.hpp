@@ -264,7 +264,7 @@ template <int M>
 inline void solve_box(Rows<M> m, const double* rhs, Box& b, Inner& in, bool solved) {
   double size = larger(square_root(dot(m, rhs, rhs)), b.whole);
   for (int i = 0; i < b.k; ++i) {
-    b.releases[i] = 0;
+    b.releases[i] = b.lower[i] < b.upper[i] ? 0 : kNever;
     if (b.state[i] > 0 && !(b.upper[i] < infinity())) b.state[i] = 0;
     if (b.state[i] < 0 && !(b.lower[i] > -infinity())) b.state[i] = 0;
     b.z[i] = b.state[i] > 0 ? b.upper[i] : b.state[i] < 0 ? b.lower[i] : clamp(0.0, b.lower[i], b.upper[i]);

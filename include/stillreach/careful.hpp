@@ -11,8 +11,8 @@ STILLREACH_BEGIN
 constexpr int kCarefulReleases = 12;
 
 // Takes out of v what lies along the `count` orthonormal vectors, twice, because once leaves rounding.
-template <int M>
-inline void make_orthogonal(Rows<M> m, const double (*vectors)[kRows], int count, double* v) {
+template <int M, int Length>
+inline void make_orthogonal(Rows<M> m, const double (*vectors)[Length], int count, double* v) {
   for (int pass = 0; pass < 2; ++pass)
     for (int j = 0; j < count; ++j) {
       const double along = dot(m, vectors[j], v);

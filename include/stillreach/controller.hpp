@@ -73,7 +73,7 @@ inline void evaluate(ControllerState& c, const double* q, const double* twist, c
   const int n = c.arm.n;
   double doubt = doubt_in(q, n) + doubt_in(twist, 6) + (target ? doubt_in(target, 12) : 0.0);
   STILLREACH_LIBRARY(memcpy)(out.active, c.active, n);
-  out.plane = c.plane, out.multiplier = &c.multiplier;
+  out.multiplier = &c.multiplier;
   if (doubt == 0.0) {
     arm_kinematics(c.arm, q, c.scratch, c.pose, c.jacobian);
     for (int r = 0; r < 6; ++r) c.command[r] = twist[r];
@@ -102,7 +102,7 @@ inline void evaluate(ControllerState& c, const double* q, const double* twist, c
     if (out.status & FAULT_NOT_COMPENSATED) {
       bool runaway = false;
       for (int i = 0; i < n; ++i) runaway |= c.health[i] == RUNAWAY;
-      if (!runaway || can_stand_still(Rows<0>{c.m}, c.law, p, w)) out.status &= ~FAULT_NOT_COMPENSATED;
+      if (!runaway || can_stand_still(Rows<0>{c.m}, c.law, p, w, out)) out.status &= ~FAULT_NOT_COMPENSATED;
     }
   } else {
     brake(c, q, out);

@@ -50,7 +50,6 @@ struct ControllerState {
   std::int8_t* active;     // n: bounds active a tick ago, as in Answer::active
   int bounds_stand;        // with constant_bounds: they are computed and no fault came since
   std::int32_t bounds_status;  // what the bounds add to the tick's status: see bounds_of()
-  double plane[6];         // KeepDirection's supporting plane a tick ago
   Multiplier multiplier;   // LeastError's a tick ago
   double typical;          // typical_rate() of the working joints' rate limits
   double transition;       // 1 just after a fault, falls to 0

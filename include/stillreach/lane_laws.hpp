@@ -30,6 +30,16 @@ inline Lanes finish_pseudoinverse(const LaneProblem& p, const LaneSystem& s, Lan
   return good;
 }
 
+// full_rank() of singularity_robust.hpp; false also where the Gram matrix alone cannot tell.
+template <int M>
+inline STILLREACH_NOINLINE Lanes full_rank(const LaneSystem& s, double kappa, const LaneInner<M>& in) {
+  const Lanes proven = wide(1.0) / in.factor.inverse_trace - wide(kappa) > in.factor.trace / wide(kRefinedCondition);
+  if (!any(~proven)) return proven;
+  LaneFactor<M> bare;
+  gram<M>(s.column, s.k, wide(0.0), bare);
+  return proven | (factor<M, Wide>(bare) <= wide(kRefinedCondition));
+}
+
 // deep: also the lanes that need damping chosen.
 template <int M>
 inline Lanes finish_singularity_robust(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Lanes good, bool deep,
@@ -37,6 +47,7 @@ inline Lanes finish_singularity_robust(const LawSettings& law, const LaneProblem
   out.damping = wide(0.0);
   if (law.damping == DAMPING_NUMBER) {
     out.damping = wide(law.kappa);
+    if (law.kappa > 0.0) good &= full_rank<M>(s, law.kappa, in);
   } else {
     Wide largest = wide(0.0), square = wide(0.0);
     for (int j = 0; j < s.k; ++j) {

@@ -17,16 +17,22 @@ inline void solve_rows(Rows<M> m, const LawSettings& law, const Problem& p, Work
   }
 }
 
-// Whether the working joints could hold the tool still, inside their bounds, against those that move at one rate.
+// Whether the working joints could hold the tool still, inside their bounds, against those that move at one rate. answer: the law's.
 template <int M>
-inline bool can_stand_still(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w) {
+inline bool can_stand_still(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, const Answer& answer) {
   const double still[kRows] = {0, 0, 0, 0, 0, 0};
   double residual[kRows];
   LawSettings bare = law;
   bare.kind = LEAST_ERROR, bare.parts = 0;
   Problem stand = p;
   stand.twist = still, stand.reference = nullptr;
-  Answer out{w.other, residual, w.other_active, nullptr, OK, 0, 0.0, 0.0, 0.0};
+  if (law.kind == KEEP_DIRECTION && answer.scale == 0.0) {  // it is at rest, as nearly as can be
+    Answer rest = answer;
+    rest.residual = residual;
+    task_residual(m, stand, answer.rates, residual);
+    return !fault_not_compensated(m, stand, rest);
+  }
+  Answer out{w.other, residual, w.other_active, OK, 0, 0.0, 0.0, 0.0};
   for (int i = 0; i < p.n; ++i) w.other_active[i] = 0;
   least_error(m, bare, stand, w, out);
   return !(out.status & FAULT_NOT_COMPENSATED);
@@ -44,7 +50,7 @@ inline void solve_task(const LawSettings& law, const Problem& p, Workspace& w, A
 // out.active holds the bounds that were active a tick ago (zeros: none) and receives those that are now.
 inline void solve_law(const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
   solve_task(law, p, w, out);
-  if ((out.status & FAULT_NOT_COMPENSATED) && can_stand_still(Rows<0>{p.m}, law, p, w)) out.status &= ~FAULT_NOT_COMPENSATED;
+  if ((out.status & FAULT_NOT_COMPENSATED) && can_stand_still(Rows<0>{p.m}, law, p, w, out)) out.status &= ~FAULT_NOT_COMPENSATED;
 }
 
 STILLREACH_END

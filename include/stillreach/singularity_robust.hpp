@@ -79,6 +79,18 @@ inline double choose_damping(Rows<M> m, const LawSettings& law, const System& s,
   return kappa;
 }
 
+// Whether the columns have full rank, of which a damped answer says nothing where its damping hides the small singular values.
+template <int M>
+inline bool has_full_rank(Rows<M> m, const LawSettings& law, const Problem& p, const System& s, double kappa, const Inner& in, Workspace& w) {
+  const int most = full_rank(p, s.k);
+  if (!(kappa > 0.0) || in.way == SPECTRAL) return in.rank >= most;
+  // 1 / trace of the inverse is at most the smallest eigenvalue
+  if (1.0 / in.factor.inverse_trace - kappa > in.factor.trace / kRefinedCondition) return true;
+  Inner bare;
+  solve_inner(m, w.columns, nullptr, s.k, s.rhs, 0.0, law.rank_tolerance, w.work, w.target, bare);
+  return bare.rank >= most;
+}
+
 // One pass with the sides and held joints as they are. Returns false where there was nothing to solve.
 template <int M>
 inline bool damped_pass(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, Answer& out, System& s) {
@@ -105,8 +117,7 @@ inline bool damped_pass(Rows<M> m, const LawSettings& law, const Problem& p, Wor
   unwhiten(s, w, 1, w.z);
   if (offset)
     for (int j = 0; j < k; ++j) w.z[j] += w.offset[j];
-  if (in.rank < full_rank(p, k) && (law.damping != DAMPING_NUMBER || in.way == SPECTRAL)) out.status |= SINGULAR;
-  if (s.idle) out.status |= SINGULAR;
+  if (!has_full_rank(m, law, p, s, kappa, in, w) || s.idle) out.status |= SINGULAR;
   out.damping = law.damping == DAMPING_NUMBER ? law.kappa : choose_damping(m, law, s, offset, w, in, out) * s.unit_a * s.unit_a;
   for (int j = 0; j < k; ++j) out.rates[w.joint[j]] = w.scale[j] * w.z[j];
   return true;

@@ -171,6 +171,8 @@ inline System assemble(Rows<M> m, const Problem& p, const double* rates, const s
   for (int r = m(); r < kStride; ++r) s.rhs[r] = 0.0;
   if (p.reference)
     for (int j = 0; j < k; ++j) nearby += magnitude(p.reference[w.joint[j]]);
+  if (size > 0.0 && size < 1e-60)  // a bound that leaves no rest moves the right-hand side, too
+    for (int j = 0; j < k; ++j) nearby += magnitude(clamp(0.0, p.lower[w.joint[j]], p.upper[w.joint[j]]));
 
   const double reference = extent ? reference_extent(p, k, extent, w) : 0.0;
   Pack sum = broadcast(0.0);

@@ -120,7 +120,6 @@ struct Answer {
   double* rates;        // n
   double* residual;     // m: twist - J rates, unweighted
   std::int8_t* active;  // n: -1 at the lower bound, +1 at the upper one, 2 fixed, 0 free (in: warm start of the next tick)
-  double* plane;        // m, or null: KeepDirection's last supporting plane, weighted (in: warm start of the next tick)
   std::int32_t status;
   int iterations;       // factorisations (LeastError, KeepDirection) or steps of the damping search
   double damping;

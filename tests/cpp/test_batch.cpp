@@ -117,7 +117,7 @@ struct Rows {
       for (int r = 0; r < m; ++r) asked[r] = twist[row * b.twist_stride + (b.jacobians ? r : b.rows[r])];
       const stillreach::Problem p{m, n, J.data(), asked.data(), b.lower + row * b.bounds_stride, b.upper + row * b.bounds_stride,
                                   b.reference ? b.reference + row * n : nullptr, b.metric};
-      stillreach::Answer a{own.data(), left.data(), bound.data(), nullptr, 0, 0, 0.0, 1.0, 0.0};
+      stillreach::Answer a{own.data(), left.data(), bound.data(), 0, 0, 0.0, 1.0, 0.0};
       kernel().solve(b.law, p, scratch.memory(), a);
       CHECK(std::memcmp(own.data(), &rates[row * n], sizeof(double) * n) == 0);
       CHECK(std::memcmp(left.data(), &residual[row * m], sizeof(double) * m) == 0);

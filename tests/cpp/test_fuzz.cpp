@@ -28,9 +28,13 @@ static void solve_case() {
   const LawSettings law = any_law();
   Codes active(n);
   for (auto& code : active) code = below(5) ? 0 : static_cast<std::int8_t>(below(4) - 1);
-  Numbers plane = numbers(6, false);
+  Multiplier start{};
+  const Numbers any = numbers(6 + kParts, false);
+  for (int r = 0; r < 6; ++r) start.u[r] = any[r];
+  for (int g = 0; g < kParts; ++g) start.kappa[g] = std::fabs(any[6 + g]);
+  start.known = below(2);
   SolveMemory memory(n, !weights.joints.empty());
-  Answer a{rates.data(), residual.data(), active.data(), below(2) ? plane.data() : nullptr, 0, 0, 0, 1, 0};
+  Answer a{rates.data(), residual.data(), active.data(), 0, 0, 0, 1, 0, below(2) ? &start : nullptr};
   kernel().solve(law, {m, n, J.data(), twist.data(), lower.data(), upper.data(), has_reference ? reference.data() : nullptr, weights.view()}, memory.view(), a);
   if (!finite(J) || !finite(twist) || (has_reference && !finite(reference)) || !leave_room(lower.data(), upper.data(), n)) return;
   const auto d = [&] {
@@ -133,7 +137,7 @@ static void tick_case() {
   Numbers rates(n, kNan), residual(6, kNan), q = below(3) ? rng.vector(n, 3.0) : numbers(n, true);
   Codes active(n);
   SolveMemory memory(n, !c.weights.joints.empty());
-  Answer a{rates.data(), residual.data(), active.data(), nullptr, 0, 0, 0, 1, 0};
+  Answer a{rates.data(), residual.data(), active.data(), 0, 0, 0, 1, 0};
   for (int t = 0; t < 12; ++t) {
     if (below(3) == 0) {
       const int health = below(4);

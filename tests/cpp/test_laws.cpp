@@ -14,17 +14,15 @@ struct Question {
 struct Reply {
   std::vector<double> rates, residual;
   std::vector<std::int8_t> active;
-  double plane[6] = {0, 0, 0, 0, 0, 0};
   stillreach::Answer answer{};
   explicit Reply(const Question& q) : rates(q.n, 99.0), residual(q.m), active(q.n) {}
 };
 
-void ask(const stillreach::LawSettings& law, const Question& q, Reply& r, bool plane = true) {
+void ask(const stillreach::LawSettings& law, const Question& q, Reply& r) {
   const auto at = [](const std::vector<double>& v) { return v.empty() ? nullptr : v.data(); };
   const stillreach::Metric metric{at(q.rows), at(q.units), at(q.units), at(q.weight)};
   const stillreach::Problem p{q.m, q.n, q.jacobian.data(), q.twist.data(), q.lower.data(), q.upper.data(), at(q.reference), metric};
   r.answer.rates = r.rates.data(), r.answer.residual = r.residual.data(), r.answer.active = r.active.data();
-  r.answer.plane = plane ? r.plane : nullptr;
   Scratch scratch(q.n, !q.weight.empty());
   kernel().solve(law, p, scratch.memory(), r.answer);
 }
@@ -104,7 +102,7 @@ void promises_hold_everywhere() {
             Reply r(q);
             ask(law.settings, q, r);
             check_promises(law, q, r);
-            ask(law.settings, q, r, false);  // again: from the bounds that are active now, without memory of a plane
+            ask(law.settings, q, r);  // again: from the bounds that are active now
             check_promises(law, q, r);
           }
 }

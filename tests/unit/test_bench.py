@@ -13,11 +13,13 @@ from scipy.optimize import lsq_linear
 import stillreach as sr
 from bench.compare import arguments
 from bench.field import Peer, interleave, prepare
+from bench.hostile import hostile_ticks
 from bench.judge import judge
 from bench.peers import ENTRIES
 from bench.problem import Problem, largest_fraction, least_error, make_batch, make_problem
 from bench.report import BEGIN, END, into_readme, requirements, table
 from bench.robot_files import chain, urdf
+from tests.conformance.registry import LAWS
 
 
 @pytest.fixture(scope="module")
@@ -220,3 +222,10 @@ def test_options_that_make_no_sense_are_named(given: list[str], said: str, capsy
     with pytest.raises(SystemExit):
         arguments(given)
     assert said in capsys.readouterr().err
+
+
+def test_every_law_has_a_slowest_hostile_tick() -> None:
+    rows = list(hostile_ticks(ticks=500, repeats=2))
+    assert [row.law for row in rows] == list(LAWS)
+    for row in rows:
+        assert 0.0 < row.median < row.slowest

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stillreach._door import FloatArray
-from stillreach.simulate.motion import Twist, checked_motion
+from stillreach.simulate.motion import checked_motion
 from stillreach.simulate.path import led_to, stretches
 from stillreach.simulate.rotations import log
 from stillreach.simulate.run import Run
@@ -40,26 +40,37 @@ class Commanded:
 
 
 def commanded(scenario: Scenario, looks: int = LOOKS) -> Commanded:
-    """Where the motion of a scenario leads, at up to about so many ticks."""
-    stride = max(1, scenario.steps // looks)
-    motion, starts = checked_motion(scenario.motion), scenario.part_starts()
-    T = scenario.task_pose(scenario.start)
-    courses = stretches(motion, starts, scenario.period, T)
+    """Where the motion of a scenario leads, at up to about so many ticks, whatever its clock."""
+    stride, motion = max(1, scenario.steps // looks), checked_motion(scenario.motion)
+    ticks = [np.array([0])]
+    for part, (first, end) in enumerate(_spans(scenario)):
+        free = part < len(motion) and callable(motion[part])
+        # a function of time is followed tick by tick
+        ticks.append(np.append(np.arange(first, end, 1 if free else stride), end)[1:])
+    looked = np.concatenate(ticks)
+    return Commanded(looked, _poses(scenario, looked.astype(np.float64)))
+
+
+def _spans(scenario: Scenario) -> list[tuple[int, int]]:
+    """First and last tick of each part of the motion and of the rest; a part that is never begun has none."""
+    starts = scenario.part_starts()
     ends = [min(start, scenario.steps) for start in starts[1:]] + [scenario.steps]
-    ticks, poses = [np.array([0])], [T[None]]
-    for part, (first, end) in enumerate(zip(starts, ends, strict=True)):
-        if first >= end:
+    return [(first, max(first, end)) for first, end in zip(starts, ends, strict=True)]
+
+
+def _poses(scenario: Scenario, at: FloatArray) -> FloatArray:
+    """(K, 4, 4) where the motion leads, at ticks (K,) that do not fall, which may lie between whole ones."""
+    motion, T = checked_motion(scenario.motion), scenario.task_pose(scenario.start)
+    courses = stretches(motion, scenario.part_starts(), scenario.period, T)
+    poses = np.repeat(T[None], len(at), axis=0)
+    for part, (first, end) in enumerate(_spans(scenario)):
+        if first == end:
             continue
-        free = part < len(motion) and not isinstance(motion[part], Twist)
-        step = 1 if free and part not in courses else stride  # a function of time is followed tick by tick
-        looked = np.append(np.arange(first, end, step), end)
-        if part in courses:
-            led = courses[part].at(looked.astype(np.float64))[0]
-        else:
-            led = led_to(poses[-1][-1], motion, part, looked * scenario.period)
-        ticks.append(looked[1:])
-        poses.append(led[1:])
-    return Commanded(np.concatenate(ticks), np.concatenate(poses))
+        here = np.flatnonzero((at > first) & (at <= end))
+        ticks = np.concatenate([[first], at[here], [end]])
+        led = courses[part].at(ticks)[0] if part in courses else led_to(T, motion, part, ticks * scenario.period)
+        poses[here], T = led[1:-1], led[-1]
+    return poses
 
 
 def deviation(scenario: Scenario, run: Run) -> tuple[FloatArray, FloatArray]:
@@ -72,11 +83,13 @@ def deviation(scenario: Scenario, run: Run) -> tuple[FloatArray, FloatArray]:
     Returns:
         Distance (T,) [m] and angle (T,) [rad], 0 for rows that are not in the task.
     """
-    shift = run.target[:, :3, 3] - run.pose[:, :3, 3]
-    turn = log(run.target[:, :3, :3] @ np.swapaxes(run.pose[:, :3, :3], 1, 2))
-    both = in_axes(scenario, np.hstack([shift, turn]), run.pose).reshape(-1, 2, 3)
-    distances = np.linalg.norm(both * _asked(scenario), axis=2)
-    return distances[:, 0], distances[:, 1]
+    return _off(scenario, run.pose, run.target)
+
+
+def off_goal(scenario: Scenario, run: Run, goal: Commanded) -> tuple[float, float]:
+    """Distance [m] and angle [rad] at which a run's tool ends from where its motion does, in the rows of the task."""
+    distance, angle = _off(scenario, run.pose[-1:], goal.poses[-1:])
+    return float(distance[0]), float(angle[0])
 
 
 def in_axes(scenario: Scenario, twists: FloatArray, poses: FloatArray) -> FloatArray:
@@ -84,6 +97,15 @@ def in_axes(scenario: Scenario, twists: FloatArray, poses: FloatArray) -> FloatA
     if not _along_tool(scenario):
         return twists
     return (twists.reshape(-1, 2, 3) @ poses[:, :3, :3]).reshape(-1, 6)  # rows times R: along the tool's axes
+
+
+def _off(scenario: Scenario, actual: FloatArray, wanted: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Distances (T,) [m] and angles (T,) [rad] between poses (T, 4, 4), in the rows of the task."""
+    shift = wanted[:, :3, 3] - actual[:, :3, 3]
+    turn = log(wanted[:, :3, :3] @ np.swapaxes(actual[:, :3, :3], 1, 2))
+    both = in_axes(scenario, np.hstack([shift, turn]), actual).reshape(-1, 2, 3)
+    distances = np.linalg.norm(both * _asked(scenario), axis=2)
+    return distances[:, 0], distances[:, 1]
 
 
 def beside_path(scenario: Scenario, run: Run, goal: Commanded) -> float:

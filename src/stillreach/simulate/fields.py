@@ -60,6 +60,7 @@ class Field:
 
 FIELDS = (
     Field("time", (), "s", "time since the start"),
+    Field("path_time", (), "s", "time along the motion that the tick was told"),
     Field("q", ("joint",), "joint", "joint values"),
     Field("rates", ("joint",), "joint/s", "commanded joint rates"),
     Field("pose", ("row", "column"), "m (last column), 1", "pose of the tool in the base frame"),

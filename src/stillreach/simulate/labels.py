@@ -31,6 +31,7 @@ def run_attributes(scenario: Scenario, *, interrupted: bool) -> dict[str, Attrib
         "rate_limits": "infinite: no rate limit" if np.all(np.isinf(limits)) else "see lower and upper",
         "null_motion": json.dumps(null_motion_data(scenario.null_motion)),
         "feedback": f"on the pose, {scenario.gain:g} 1/s" if scenario.loop == "closed" else "none",
+        "clock": scenario.clock,
         "integrator": scenario.integrator,
         "period": float(scenario.period),
         "duration": float(scenario.duration or 0.0),

@@ -28,6 +28,8 @@ class Run:
 
     Attributes:
         time: (T,) [s].
+        path_time: (T,) [s] time along the motion at which the tick's command was taken: ``time``, or less where the
+            scenario's clock follows the arm.
         q: (T, n) joint values at the tick [rad] or [m].
         rates: (T, n) rates commanded at the tick [rad/s] or [m/s].
         pose: (T, 4, 4) pose of the tool (with the task's tool) in the base frame [m].
@@ -50,6 +52,7 @@ class Run:
     """
 
     time: FloatArray
+    path_time: FloatArray
     q: FloatArray
     rates: FloatArray
     pose: FloatArray

@@ -24,6 +24,7 @@ from stillreach.task import Task
 
 INTEGRATORS = ("euler", "rk4")
 LOOPS = ("open", "closed")
+CLOCKS = ("time", "arm")
 LARGEST_RECORD = 2**33
 """[bytes] of a run; a duration or period mistyped by a few orders of magnitude is refused, not begun."""
 CONTROLLER_SETTINGS = (
@@ -64,6 +65,9 @@ class Scenario:
         null_motion: what is done with the freedom that the task leaves, as for Controller; None is nothing.
         loop: ``"open"`` (the commanded twist alone) or ``"closed"`` (feedback on the pose that the commanded motion has
             led to, as ``Controller.track``, with the command as its feedforward).
+        clock: ``"time"``, or ``"arm"``: the motion waits for the arm. Each tick takes its time on by the tick's
+            ``scale`` times the period, so that under KeepDirection the tool slows down and is not left behind.
+            Needs a duration, within which the motion may or may not end, and Euler steps.
         gain: [1/s] of that feedback.
         track_limits: largest correction (linear [m/s], angular [rad/s]), as for Controller; inf: no bound.
         return_rate: [rad/s, m/s] at which joints outside their position limits are asked back, as for Controller.
@@ -93,6 +97,7 @@ class Scenario:
     acceleration_limits: npt.ArrayLike | None = None
     null_motion: NullMotion | npt.ArrayLike | None = None
     loop: str = "open"
+    clock: str = "time"
     gain: float = 2.0
     track_limits: tuple[float, float] | None = None
     return_rate: float = 0.0
@@ -115,8 +120,9 @@ class Scenario:
             "motion": checked_motion(self.motion),
             "faults": self._checked_faults(),
             "period": _door.positive("period", self.period),
+            "clock": _door.choice("clock", self.clock, CLOCKS),
             "duration": self._checked_duration(),
-            "integrator": _door.choice("integrator", self.integrator, INTEGRATORS),
+            "integrator": self._checked_integrator(),
             "loop": _door.choice("loop", self.loop, LOOPS),
             "gain": _door.positive("gain", self.gain, or_zero=True),
             "allow_outside": self._checked_allow(),
@@ -203,9 +209,19 @@ class Scenario:
             raise InputError("allow_outside", _door.describe(self.allow_outside), "True or False")
         return self.allow_outside
 
+    def _checked_integrator(self) -> str:
+        integrator = _door.choice("integrator", self.integrator, INTEGRATORS)
+        if self.clock == "arm" and integrator != "euler":
+            raise InputError("integrator", repr(integrator), "'euler' with clock='arm'")
+        return integrator
+
     def _checked_duration(self) -> float:
         if self.duration is not None:
             return _door.positive("duration", self.duration)
+        if self.clock == "arm":
+            raise InputError(
+                "duration", "None", "a time above 0: with clock='arm' the motion takes as long as the arm needs"
+            )
         last = ends(checked_motion(self.motion))
         if len(last) == 0 or np.isinf(last[-1]):
             raise InputError("duration", "None", "a time above 0: this motion has no end of its own")

@@ -10,7 +10,7 @@ from stillreach.errors import SimulationInterrupted
 from stillreach.simulate.events import fault_changes
 from stillreach.simulate.fields import empty_record
 from stillreach.simulate.labels import run_attributes
-from stillreach.simulate.orders import Orders
+from stillreach.simulate.orders import orders_of
 from stillreach.simulate.progress import Progress
 from stillreach.simulate.run import Run
 from stillreach.simulate.scenario import Scenario
@@ -58,11 +58,12 @@ class _Simulation:
         self.ticks = scenario.steps + 1
         self.controller = scenario.controller()
         self.record = empty_record(self.ticks, scenario.arm.n)
-        self.record["time"][:] = np.arange(self.ticks) * scenario.period
+        for name in ("time", "path_time"):
+            self.record[name][:] = np.arange(self.ticks) * scenario.period
         self.record["status"][:] = NOT_COMPUTED
         self.q = scenario.start.copy()
         self.changes = fault_changes(scenario)
-        self.orders = Orders(scenario)
+        self.orders = orders_of(scenario)
         self.chunk = FIRST_CHUNK
         self.tick = 0
 
@@ -85,6 +86,7 @@ class _Simulation:
         self.controller.rollout(
             self.q, twists, targets, integrator=self.scenario.integrator, advance=not last, record=rows
         )
+        self.record["path_time"][end - 1] = self.orders.follow(end - 1, float(self.record["scale"][end - 1]))
         self.tick = end
         self._adapt(end - first, time.perf_counter() - began)
 
@@ -107,7 +109,8 @@ class _Simulation:
 
     def _chunk_end(self) -> int:
         breaks = (*self.changes, *self.orders.starts, self.ticks - 1, self.ticks)
-        return min(self.tick + self.chunk, *(tick for tick in breaks if tick > self.tick))
+        ticks = int(min(self.chunk, self.orders.longest))
+        return min(self.tick + ticks, *(tick for tick in breaks if tick > self.tick))
 
     def _adapt(self, ticks: int, seconds: float) -> None:
         """Chunks of about CHUNK_SECONDS, growing by at most a factor of 4 at a time."""

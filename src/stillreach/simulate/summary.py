@@ -8,7 +8,7 @@ import numpy as np
 
 from stillreach._door import FloatArray
 from stillreach.simulate.ability import lost_directions
-from stillreach.simulate.commanded import beside_path, commanded, deviation
+from stillreach.simulate.commanded import beside_path, commanded, deviation, off_goal
 from stillreach.simulate.held import has_rate_limits, held_back, rate_shares
 from stillreach.simulate.run import Run
 from stillreach.simulate.scenario import Scenario
@@ -41,7 +41,8 @@ class Summary:
         goal_distance, goal_angle: from the tool to where it should be at the end [m, rad], in the rows of the task.
         allowed_distance, allowed_angle: how much of these still counts as arrived [m, rad].
         way, turn: length and angle of the commanded motion [m, rad].
-        distance, angle: the farthest from where it should be at the time [m, rad].
+        distance, angle: the farthest from where it should be at the time [m, rad], or at the path time of a clock that
+            follows the arm.
         gave_way: parts of the task, "position" and "orientation", that were farther off than what counts as arrived.
         beside: the farthest from its path [m], whenever it should have been where.
         task_error: the largest weighted norm of what the rates leave undone of the twist asked for.
@@ -110,16 +111,16 @@ def summary(
     turned = max(ANGLE_SHARE * turn, ANGLE_FLOOR) if allowed_angle is None else allowed_angle
     rate, joint, value = _largest_rate(scenario, run)
     sigma, lost = _left_at_end(scenario, run)
-    whole = len(run) > scenario.steps
-    finished = whole and bool(shift[-1] <= near and angle[-1] <= turned)
+    ends = (float(shift[-1]), float(angle[-1])) if scenario.clock == "time" else off_goal(scenario, run, goal)
+    finished = len(run) > scenario.steps and ends[0] <= near and ends[1] <= turned
     return Summary(
         finished=finished,
         interrupted=bool(run.attrs.get("interrupted", 0)),
         end=float(run.time[-1]),
         linear=min(rows) < 3,
         angular=max(rows) >= 3,
-        goal_distance=float(shift[-1]),
-        goal_angle=float(angle[-1]),
+        goal_distance=ends[0],
+        goal_angle=ends[1],
         allowed_distance=float(near),
         allowed_angle=float(turned),
         way=way,

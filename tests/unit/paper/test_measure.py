@@ -19,6 +19,7 @@ def straight_run(places, rates=None, attitude=None, **arrays):
     command = np.tile([2 * INCH, 0, 0, 0, 0, 0], (ticks, 1))
     values = {
         "time": np.arange(ticks, dtype=float),
+        "path_time": np.arange(ticks, dtype=float),
         "q": np.zeros((ticks, 1)),
         "rates": np.zeros((ticks, 1)) if rates is None else np.deg2rad(rates)[:, None],
         "pose": pose,

@@ -31,6 +31,7 @@ def test_the_arrays_are_those_of_the_design():
     run = small_run()
     shapes = {
         "time": (31,),
+        "path_time": (31,),
         "q": (31, 8),
         "rates": (31, 8),
         "pose": (31, 4, 4),

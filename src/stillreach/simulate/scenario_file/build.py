@@ -26,7 +26,7 @@ from stillreach.simulate.scenario_file.settings import check_joint_weights, law_
 
 PERIOD = 0.01
 """[s] where a file does not say it, as for Scenario."""
-PLAIN = ("name", "description", "period", "duration", "integrator", "loop", "gain", "transition_rate")
+PLAIN = ("name", "description", "period", "duration", "integrator", "loop", "clock", "gain", "transition_rate")
 """Keys that go into the Scenario as they are."""
 
 
@@ -113,7 +113,9 @@ def _kind(table: dict[str, Any], factor: float) -> FaultKind:
 
 
 def _check_loop(reading: Reading) -> None:
-    """Settings of a feedback that there is not."""
+    """Settings of a feedback that there is not, and steps that do not go with the clock."""
+    if reading.value("clock") == "arm" and reading.value("integrator") == "rk4":
+        reading.wrong(("integrator",), "'rk4'", '"euler" with clock = "arm"')
     if reading.good("loop") and reading.value("loop") != "closed":
         for key in ("gain", "track_limits"):
             if reading.has(key):
@@ -124,8 +126,12 @@ def _check_times(reading: Reading, motion: list[Twist | Course] | None) -> None:
     """Durations, the period and the times of faults against each other."""
     total, endless = _length(reading, motion)
     duration = reading.value("duration")
-    if endless and not reading.given("duration"):
-        reading.wrong(("duration",), "nothing", "this key: the motion has no end of its own")
+    if not reading.given("duration"):
+        if endless:
+            reading.wrong(("duration",), "nothing", "this key: the motion has no end of its own")
+        elif reading.value("clock") == "arm":
+            expected = 'this key: with clock = "arm" the motion takes as long as the arm needs'
+            reading.wrong(("duration",), "nothing", expected)
     if duration is not None and total is not None and duration < total * (1.0 - TICK_TOLERANCE):
         reading.wrong(("duration",), f"{duration:g} s", f"at least the {total:g} s of the motion")
     end = (total if duration is None else duration) if reading.good("duration") else None

@@ -51,6 +51,7 @@ class ScenarioTable(Table):
     duration: Time | None = Field(None, description="How long in all [s]; as long as the motion if absent.")
     integrator: Literal["euler", "rk4"] = Field("euler", description="How the arm is moved from tick to tick.")
     loop: Literal["open", "closed"] = Field("open", description="Whether the tool's pose is fed back.")
+    clock: Literal["time", "arm"] = Field("time", description="Whether the motion goes on without the arm.")
     gain: NotNegative | None = Field(None, description="Gain of the feedback [1/s]; 2 if absent.")
     track_limits: Annotated[list[Limit], *exactly(2)] | None = Field(
         None, description="Largest correction [length/s, angle/s]; what one joint can do if absent."
