@@ -113,8 +113,12 @@ struct Weights {
 };
 
 inline stillreach::LawSettings any_law() {
-  return {below(4), below(3), below(2), below(3) ? between(0, 1) : below(2) ? decade(-310, 308) : 0.0, below(4) ? 1e-10 : decade(-320, -1e-9),
-          below(3) == 0 ? 0.0 : below(3) ? 10.0 : decade(-308, 308)};
+  stillreach::LawSettings law{below(4), below(3), below(2), below(3) ? between(0, 1) : below(2) ? decade(-310, 308) : 0.0,
+                              below(4) ? 1e-10 : decade(-320, -1e-9), below(stillreach::kParts + 1), {}, {}, -1, 0.0, 0.0};
+  for (int g = 0; g < law.parts; ++g) law.price[g] = below(3) ? decade(0, 3) : decade(-308, 308);
+  for (int r = 0; r < 6 && law.parts > 0; ++r) law.part[r] = static_cast<std::int8_t>(below(law.parts));
+  if (law.parts > 1 && below(2)) law.capped = below(law.parts), law.ceiling = decade(-3, 3), law.beyond = law.price[law.capped] * decade(0, 3);
+  return law;
 }
 
 // An arm of any placements, axes and scale.

@@ -30,8 +30,8 @@ class LeastError(Law):
     Args:
         price: one number for the whole task, in the units of its weights (1/m for an error in metres, 1 for one in
             radians); a pair (position, orientation) or a mapping by rows, ``{"position": 100, "wx wy": 8, "wz": 1}``,
-            of up to three parts, in the task's frame; ``"position-first"``: (100, 8), with an orientation error of at
-            most b / 4 bought at that price. In a part of v rows alone the price is per reach: 100 is about 80 per
+            of up to three parts, in the task's frame; ``"position-first"``: (110, 7), with an orientation error of at
+            most 0.3 b bought at that price. In a part of v rows alone the price is per reach: 100 is about 80 per
             metre for an arm of 1.3 m. None: the bare optimum, the least error and then the least rates, which is not
             continuous.
 

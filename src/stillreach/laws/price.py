@@ -20,9 +20,9 @@ EXPECTED = (
     "a number above 0, a pair (position, orientation), prices by rows such as "
     "{'position': 100, 'wx wy': 8, 'wz': 1}, 'position-first', or None"
 )
-POSITION_FIRST = {"position": 100.0, "orientation": 8.0}
+POSITION_FIRST = {"position": 110.0, "orientation": 7.0}
 """The preset: the position is held while the orientation gives way, at most CEILING times the typical joint rate."""
-CEILING, BEYOND = 0.25, 80.0
+CEILING, BEYOND = 0.3, 80.0
 """Of the preset: the orientation error rate bought at its price, and what the rest of it costs."""
 
 Price = float | str | tuple[float, float] | Mapping[str, float] | None
