@@ -274,7 +274,8 @@ inline void least_error(Rows<M> m, const LawSettings& law, const Problem& p, Wor
     start_price(m, s, out.multiplier, d);
     search_price(m, rhs, out.multiplier && out.multiplier->known, b, w, d);
     if (law.capped >= 0) keep_ceiling(m, law, rhs, ceiling_of(law, s, d), b, w, d);
-    out.damping = damping_that_counts(m, rhs, b, d) * s.unit_a * s.unit_a;
+    const double kappa = damping_that_counts(m, rhs, b, d);
+    out.damping = kappa > 0.0 ? kappa * s.unit_a * s.unit_a : 0.0;
     keep_multiplier(m, s, d, d.u, out.multiplier);
     if (out.damping > 0.0) out.status |= DAMPED;
   }
