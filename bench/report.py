@@ -14,7 +14,7 @@ from bench.timing import machine_note
 MARK = "†"
 LEGEND = (
     f"{MARK}: exceeds a limit, moves a locked joint or misses a feasible twist. Excess error: error above the least "
-    "possible, relative to the twist; mean over the ticks or rows that are not feasible, and in brackets the worst of them."
+    "possible, relative to the twist; mean over the ticks or rows that are not feasible, in brackets the worst of them."
 )
 BEGIN, END = "<!-- bench-peers -->", "<!-- /bench-peers -->"
 BOUND_RATIO, NEW_RATIO, QP_RATIO = 10.0, 6.0, 80.0
