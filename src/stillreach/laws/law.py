@@ -77,8 +77,8 @@ class Law:
             row_kinds: m letters, v for a row in m/s and w for one in rad/s; needed for m != 6 where length and angle
                 have different units in the weights.
             joint_kinds: n letters, R revolute and P prismatic; None: all revolute.
-            velocity_limits: (n,) [rad/s, m/s] of the joints, 0 for failed ones: what LeastError's price counts in; None:
-                the larger of each joint's bounds.
+            velocity_limits: (n,) [rad/s, m/s] of the joints, 0 for failed ones: what LeastError's price counts in;
+                None: the larger of each joint's bounds.
             length: [m] a length typical of the arm; needed where LeastError has a price for v rows alone.
 
         Returns:
