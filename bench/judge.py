@@ -29,6 +29,7 @@ class Verdict:
     excess: float
     """Error above the least possible, as a part of the twist: mean over the ticks that are not feasible."""
     worst_excess: float
+    """The same of the worst of these ticks."""
 
     @property
     def safe(self) -> bool:

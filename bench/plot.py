@@ -41,7 +41,11 @@ def draw(ticks: list[Peer], batches: list[Peer], path: Path) -> None:
         axis.tick_params(labelsize=8)
         axis.set_title(f"{title} [µs]", loc="left", fontsize=9)
         axis.spines[["top", "right"]].set_visible(False)
-    names = ["stillreach", "inside limits, no feasible twist missed", "misses feasible twists or exceeds limits"]
+    names = [
+        "stillreach, inside limits, no feasible twist missed",
+        "another library, likewise",
+        "misses feasible twists or exceeds limits",
+    ]
     patches = [Patch(color=c, label=name) for c, name in zip((OURS, RIGHT, WRONG), names, strict=True)]
     figure.legend(handles=patches, loc="outside lower center", ncols=3, fontsize=8, frameon=False)
     figure.savefig(path, dpi=110, metadata={"Software": None})
@@ -55,6 +59,6 @@ def plain(title: str) -> str:
 
 def colour(peer: Peer) -> str:
     """Whose it is, and what it is worth."""
-    if peer.entry.ours:
-        return OURS
-    return RIGHT if peer.verdict and peer.verdict.clean else WRONG
+    if peer.verdict is None or not peer.verdict.clean:
+        return WRONG
+    return OURS if peer.entry.ours else RIGHT

@@ -11,6 +11,11 @@ from bench.field import Peer
 from bench.page import put
 from bench.timing import machine_note
 
+MARK = "†"
+LEGEND = (
+    f"{MARK}: exceeds a limit, moves a locked joint or misses a feasible twist. Excess error: error above the least "
+    "possible, relative to the twist; mean over the ticks or rows that are not feasible, in brackets the worst of them."
+)
 BEGIN, END = "<!-- bench-peers -->", "<!-- /bench-peers -->"
 BOUND_RATIO, NEW_RATIO, QP_RATIO = 10.0, 6.0, 80.0
 """Required: our time with bound buffers and with a new array under the fastest peer's, and under Pink's and mink's."""
@@ -54,10 +59,10 @@ def reference(peers: list[Peer]) -> Peer | None:
 
 
 def table(peers: list[Peer], unit: str) -> list[str]:
-    """Markdown, one line a peer."""
+    """Markdown, one line a peer; those whose answers are wrong have a mark, ours among them."""
     ours = reference(peers)
     names = (f"min [{unit}]", f"median [{unit}]", "times ours", "over the limit", "locked joint moved")
-    names = (*names, "feasible missed", "excess error")
+    names = (*names, "feasible missed", "excess error: mean (worst)")
     lines = [f"| | {' | '.join(names)} |", "|---" + "|---:" * len(names) + "|"]
     for peer in measured(peers):
         verdict = peer.verdict
@@ -65,8 +70,10 @@ def table(peers: list[Peer], unit: str) -> list[str]:
         ratio = "-" if ours is None else f"{peer.best / ours.best:.1f}"
         over = f"{verdict.over_limit}" + (f" (by {verdict.worst_over:.1e})" if verdict.over_limit else "")
         missed = f"{verdict.missed} of {verdict.feasible}"
-        excess = f"{100 * verdict.excess:.1f} %" if verdict.excess > 1e-6 else "0"
-        cells = [peer.entry.title, f"{peer.best:.2f}", f"{peer.median:.2f}", ratio, over, str(verdict.locked_moved)]
+        mean, worst = verdict.excess, verdict.worst_excess
+        excess = "0" if worst <= 1e-6 else f"{100 * mean:.2g} % ({100 * worst:.2g} %)"
+        title = peer.entry.title if verdict.clean else f"{peer.entry.title} {MARK}"
+        cells = [title, f"{peer.best:.2f}", f"{peer.median:.2f}", ratio, over, str(verdict.locked_moved)]
         lines.append("| " + " | ".join([*cells, missed, excess]) + " |")
     return lines
 
@@ -117,7 +124,7 @@ def report(ticks: list[Peer], batches: list[Peer], count: int, rows: int, machin
     lines = [f"One tick from Python, {count} ticks of which half are feasible, in µs:", "", *table(ticks, "µs")]
     if measured(batches):
         lines += ["", f"A batch of {rows} rows, one thread, in µs a row:", "", *table(batches, "µs")]
-    lines += ["", *failures([*ticks, *batches])]
+    lines += ["", LEGEND, "", *failures([*ticks, *batches])]
     lines += ["", "Required of a single tick:", "", *requirements(ticks)]
     busy = ", ".join(sorted({note.split(":")[0].lower() for note in machine.notes}))
     where = f"{machine.date}, one core of {machine.processor} ({machine.cores} cores; {busy})"

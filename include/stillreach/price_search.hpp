@@ -234,7 +234,7 @@ inline STILLREACH_NOINLINE bool careful_step(Rows<M> m, const double* rhs, Box& 
 // One more step on the last piece, added to the rates: they keep digits that A'u, of a large u, does not have.
 template <int M>
 inline void polish(Rows<M> m, const double* rhs, const Factor& f, int free, Box& b, Workspace& w, Priced& d) {
-  double g[kRows], change[kRows];
+  double g[kRows] = {}, change[kRows];
   for (int r = 0; r < m(); ++r) g[r] = madd(-d.kappa[d.part[r]], d.u[r], d.residual[r]);
   solve(m, f, g, change);
   for (int r = 0; r < m(); ++r) d.u[r] += change[r];

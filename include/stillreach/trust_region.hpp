@@ -216,7 +216,7 @@ inline void newton_step(Rows<M> m, const Piece& piece, const Priced& d, const bo
 // The multiplier of the piece with damping kappa, from u and its residual, and how far each |next_g| is from Y_g. False: singular.
 template <int M, class Piece>
 inline bool damped_multiplier(Rows<M> m, Piece& piece, Priced& d, const double* c, double* next, double* size, bool* active) {
-  double g[kRows];
+  double g[kRows] = {};
   const bool regular = piece.refactor(d);
   for (int r = 0; r < m(); ++r) g[r] = Piece::careful ? c[r] : madd(-d.kappa[d.part[r]], d.u[r], d.residual[r]);
   piece.apply_inverse(g, next);

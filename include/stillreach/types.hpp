@@ -82,8 +82,8 @@ struct LawSettings {
   int parts;             // LeastError: parts of the task with a price each; 0: the bare optimum
   std::int8_t part[6];   // of each task row
   double price[kParts];  // Y = price times a typical rate of the working joints
-  int capped;            // the part whose error beyond `ceiling` times that rate costs the price `beyond`, or -1
-  double ceiling, beyond;
+  int capped = -1;       // the part whose error beyond `ceiling` times that rate costs the price `beyond`, or -1
+  double ceiling = 0.0, beyond = 0.0;
 };
 
 // Units and weights of the least-squares problem. Null pointers mean identity.

@@ -99,7 +99,8 @@ def solve_batch(
             input.
         row_kinds: with ``jacobians`` of m != 6 rows: v for a row in m/s, w for one in rad/s.
         joint_kinds: with ``jacobians`` and no arm: R or P for each joint; None: all revolute.
-        length: [m] with ``jacobians`` and no arm: a length typical of the arm, for a law with a price for v rows alone.
+        length: [m] with ``jacobians``: a length typical of the arm, needed without an arm where the law has a price
+            for v rows alone.
         threads: how many to use, up to 1024; None: the environment's STILLREACH_THREADS, or the processors at hand.
             Answers do not depend on it.
 
@@ -109,7 +110,7 @@ def solve_batch(
     if not isinstance(law, Law):
         raise InputError("law", _door.describe(law), "a law, such as stillreach.LeastError()")
     problem = (
-        _of_configurations(arm, law, q, twist, task, row_kinds, joint_kinds)
+        _of_configurations(arm, law, q, twist, task, row_kinds, joint_kinds, length)
         if jacobians is None
         else _of_jacobians(arm, law, q, jacobians, twist, task, row_kinds, joint_kinds, length)
     )
@@ -127,12 +128,19 @@ def solve_batch(
 
 
 def _of_configurations(
-    arm: Any, law: Law, q: Any, twist: Any, task: Task | None, row_kinds: str | None, joint_kinds: str | None
+    arm: Any,
+    law: Law,
+    q: Any,
+    twist: Any,
+    task: Task | None,
+    row_kinds: str | None,
+    joint_kinds: str | None,
+    length: float | None,
 ) -> tuple[_core.Law, _core.Metric, _core.ArmModel | None, tuple[int, ...], bool, dict[str, Any]]:
     """Metric, arm, task rows, whether they are the tool's, and the arrays of a call with configurations."""
     if not isinstance(arm, Arm):
         raise InputError("arm", _door.describe(arm), "stillreach.Arm (or jacobians=)")
-    for name, value in (("row_kinds", row_kinds), ("joint_kinds", joint_kinds)):
+    for name, value in (("row_kinds", row_kinds), ("joint_kinds", joint_kinds), ("length", length)):
         if value is not None:
             raise InputError(name, _door.describe(value), "None: the arm and the task say it")
     metric, model, asked = task_of(arm, law.weights, task, semidefinite=law.semidefinite)
@@ -168,16 +176,10 @@ def _of_jacobians(
             raise InputError("arm", _door.describe(arm), f"None or an arm of {n} joints, as the Jacobians have columns")
         joint_kinds = "".join("P" if joint.kind == "prismatic" else "R" for joint in arm.joints)
     metric = law._metric(m, n, row_kinds, joint_kinds)
-    reach = arm.reach if length is None and arm is not None else length
+    reach = (None if arm is None else arm.reach) if length is None else _door.positive("length", length)
     settings = law.core(row_names(m, row_kinds), reach)
-    return (
-        settings,
-        metric,
-        None,
-        tuple(range(m)),
-        False,
-        {"jacobians": matrices, "twist": _rows("twist", twist, count, m)},
-    )
+    given = {"jacobians": matrices, "twist": _rows("twist", twist, count, m)}
+    return settings, metric, None, tuple(range(m)), False, given
 
 
 def bounds_of_rows(bounds: Any, count: int, n: int) -> tuple[FloatArray, FloatArray]:

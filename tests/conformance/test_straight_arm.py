@@ -60,11 +60,11 @@ def test_beside_a_singularity_no_joint_runs_for_nothing(failed, angle, capsys):
     assert along["bare"] < 0.03
 
 
-def test_the_free_run_of_example_2_does_not_see_the_gain():
+def test_the_free_run_of_example_2_does_not_see_the_price():
     scenario = examples.scenarios()[examples.EXAMPLE_2_FREE]
     rates = {}
-    for gain in (10.0, None):
-        law = sr.LeastError(max_gain=gain)
+    for price in (80.0, None):
+        law = sr.LeastError(price=price)
         run = sr.simulate(
             sr.Scenario(
                 arm=scenario.arm,
@@ -77,6 +77,6 @@ def test_the_free_run_of_example_2_does_not_see_the_gain():
             ),
             progress=False,
         )
-        rates[gain] = run.rates
-    assert np.max(np.abs(rates[10.0])) > 0.01
-    assert np.max(np.abs(rates[10.0] - rates[None])) <= 1e-9
+        rates[price] = run.rates
+    assert np.max(np.abs(rates[80.0])) > 0.01
+    assert np.max(np.abs(rates[80.0] - rates[None])) <= 1e-9

@@ -16,8 +16,9 @@ from bench.field import Peer, interleave, prepare
 from bench.hostile import hostile_ticks
 from bench.judge import judge
 from bench.peers import ENTRIES
+from bench.plot import WRONG, colour
 from bench.problem import Problem, largest_fraction, least_error, make_batch, make_problem
-from bench.report import BEGIN, END, into_readme, requirements, table
+from bench.report import BEGIN, END, MARK, into_readme, requirements, table
 from bench.robot_files import chain, urdf
 from tests.conformance.registry import LAWS
 
@@ -198,6 +199,24 @@ def test_a_table_and_its_requirements_say_who_is_slower_and_wrong(problem: Probl
     assert [cell.strip() for cell in lines[3].split("|")][2:5] == ["100.00", "200.00", "50.0"]
     assert [cell.strip() for cell in lines[3].split("|")][6] == "128"
     assert f"- MISSED: bound buffers over {peer.entry.title}: 50.0 times, required 80" in requirements([ours, peer])
+
+
+def test_the_default_law_is_marked_like_any_other_whose_answers_are_wrong(
+    problem: Problem, optimum: np.ndarray, tmp_path: Path
+) -> None:
+    clean, ours, peer = (Peer(ENTRIES[key], tmp_path) for key in ("ours-bound", "default-bound", "pink"))
+    worse = np.where(problem.feasible[:, None], optimum, 0.5 * optimum)
+    for each, rates in ((clean, optimum), (ours, 0.5 * optimum), (peer, 0.5 * optimum)):
+        each.times, each.verdict = [[2.0]], judge(problem, rates)
+    lines = table([clean, ours, peer], "µs")[2:]
+    assert [MARK in line for line in lines] == [False, True, True]
+    assert [colour(each) == WRONG for each in (clean, ours, peer)] == [False, True, True]
+    assert lines[0].endswith("| 0 of 64 | 0 |")
+    ours.verdict = verdict = judge(problem, worse)
+    assert verdict.clean
+    assert MARK not in table([ours], "µs")[2]
+    assert table([ours], "µs")[2].endswith(f"| {100 * verdict.excess:.2g} % ({100 * verdict.worst_excess:.2g} %) |")
+    assert verdict.worst_excess > verdict.excess > 0.01
 
 
 def test_the_readme_keeps_all_but_what_lies_between_the_markers(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from importlib import resources
 from pathlib import Path
 
-from stillreach.cli._laws import LAWS
+from stillreach.cli._laws import LAWS, VARIANTS
 from stillreach.cli._robots import BUILT_IN
 
 SIZED_EXAMPLES = {"planar": "planar7", "snake": "snake30"}
@@ -24,14 +24,14 @@ def complete_scenario(incomplete: str) -> list[str]:
 
 
 def complete_law(incomplete: str) -> list[str]:
-    """Laws."""
-    return _starting(LAWS, incomplete)
+    """Laws, and some with settings."""
+    return _starting((*LAWS, *VARIANTS), incomplete)
 
 
 def complete_laws(incomplete: str) -> list[str]:
     """Laws, after those that stand before a comma already."""
     before, comma, last = incomplete.rpartition(",")
-    return [before + comma + law for law in _starting(LAWS, last) if law not in before.split(",")]
+    return [before + comma + law for law in complete_law(last) if law not in before.split(",")]
 
 
 def scenario_names() -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from stillreach.errors import InputError, did_you_mean
@@ -17,14 +18,19 @@ LAWS = {
 }
 """Name on the command line and class in ``stillreach``."""
 
+VARIANTS = ("least-error:price=position-first", "least-error:price=none")
+"""Laws with settings that completion offers."""
+
 EXAMPLE = "singularity-robust:damping=closed-form:norm=2"
+PRICES = "a number above 0, none, position-first, or prices by rows such as position=100+orientation=8"
 
 
 def parse_law(text: str, *, like: Law | None = None, argument: str = "--law") -> Law:
     """A law from its name and settings.
 
     Args:
-        text: ``name`` or ``name:setting=value:...``; a value is a number, ``none`` or a word.
+        text: ``name`` or ``name:setting=value:...``; a value is a number, ``none``, a word, or for a price
+            ``rows=number+rows=number``.
         like: a law whose weights the new one takes over; of the same kind also its settings, where none is given.
         argument: what the text was given for, for messages.
 
@@ -40,7 +46,7 @@ def parse_law(text: str, *, like: Law | None = None, argument: str = "--law") ->
         raise InputError(argument, repr(name), f"one of {', '.join(LAWS)}{did_you_mean(name, LAWS)}")
     kind: type[Law] = getattr(sr, LAWS[name])
     known = [field.name for field in fields(kind) if field.name != "weights"]
-    values: dict[str, Any] = {}
+    values: dict[str, str] = {}
     for setting in settings:
         key, equals, value = setting.partition("=")
         if not equals or key not in known:
@@ -48,11 +54,11 @@ def parse_law(text: str, *, like: Law | None = None, argument: str = "--law") ->
             raise InputError(argument, repr(text), expected)
         if key in values:
             raise InputError(argument, f"{key} twice in {text!r}", "each setting once")
-        # "2" is a name where the setting is a word, a number where it is a number
-        values[key] = value if key == "norm" else _value(value)
+        values[key] = value
     taken = [] if like is None else ["weights", *known] if isinstance(like, kind) else ["weights"]
     try:
-        return kind(**{key: getattr(like, key) for key in taken} | values)
+        given = {key: READ.get(key, _value)(value) for key, value in values.items()}
+        return kind(**{key: getattr(like, key) for key in taken} | given)
     except InputError as error:
         raise InputError(f"{argument} {text}, {error.argument}", error.got, error.expected) from None
 
@@ -77,3 +83,23 @@ def _value(text: str) -> float | str | None:
         return float(text)
     except ValueError:
         return text
+
+
+def _price(text: str) -> Any:
+    """A price: as ``_value``, or a mapping where it names rows."""
+    import re
+
+    value = _value(text)
+    if not isinstance(value, str) or value == "position-first":
+        return value
+    by_rows: dict[str, Any] = {}
+    for part in re.split(r"\+(?=[a-z])", text):
+        rows, equals, price = part.partition("=")
+        if not equals or rows in by_rows:
+            raise InputError("price", repr(text), PRICES if not equals else "each row once")
+        by_rows[rows] = _value(price)
+    return by_rows
+
+
+READ: dict[str, Callable[[str], Any]] = {"norm": str, "price": _price}
+"""How the settings are read that are not a number, none or a word: the norm "2" is a word."""

@@ -26,7 +26,10 @@ def run(
     out: Annotated[Path | None, typer.Option(help="Folder for what is written; by default out/NAME.")] = None,
     law: Annotated[
         str | None,
-        typer.Option(help="Another law than the scenario's, e.g. keep-direction.", autocompletion=complete_law),
+        typer.Option(
+            help="Another law than the scenario's, e.g. keep-direction or least-error:price=position-first.",
+            autocompletion=complete_law,
+        ),
     ] = None,
     fail: Annotated[
         list[str] | None,

@@ -63,6 +63,7 @@ class Controller(ControllerCore):
         "_null_motion",
         "_settings",
         "_task",
+        "_task_weight_definite",
         "_track_limits",
         "tick",
     )

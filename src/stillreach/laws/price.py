@@ -115,9 +115,8 @@ def _part_of(row: str, by_rows: Mapping[str, float]) -> int:
 def _per_reach(reach: float | None, weights: Weights) -> float:
     """From a price per reach to one in the units of the weights."""
     if reach is None:
-        raise InputError(
-            "length", "None", "a length typical of the arm [m], because the price has a part of v rows alone"
-        )
+        expected = "a length typical of the arm [m], because the price has a part of v rows alone"
+        raise InputError("length", "None", expected)
     length = reach if np.isfinite(reach) and reach > 0.0 else 1.0
     return weights.length / (length * weights.angle)
 
@@ -129,8 +128,5 @@ def _check_coupling(weights: Weights, numbers: Sequence[int]) -> None:
         return
     apart = np.not_equal.outer(np.asarray(numbers), np.asarray(numbers))
     if np.any(full[apart] != 0.0):
-        raise InputError(
-            "weights.task",
-            "a weight between rows of different parts",
-            "no weight between rows that have different prices",
-        )
+        expected = "no weight between rows that have different prices"
+        raise InputError("weights.task", "a weight between rows of different parts", expected)

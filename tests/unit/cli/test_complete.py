@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import stillreach as sr
-from stillreach.cli._complete import complete_laws, complete_robot, complete_scenario
-from stillreach.cli._laws import LAWS, parse_law
+from stillreach.cli._complete import complete_law, complete_laws, complete_robot, complete_scenario
+from stillreach.cli._laws import LAWS, VARIANTS, parse_law
 
 COMMAND = Path(sys.executable).with_name("stillreach")
 
@@ -67,7 +67,26 @@ def test_files_and_folders_are_offered_by_kind(tmp_path, monkeypatch):
 def test_a_list_of_laws_is_completed_behind_its_commas():
     assert complete_laws("least-error,p") == ["least-error,pseudoinverse"]
     assert "least-error,least-error" not in complete_laws("least-error,")
-    assert len(complete_laws("least-error,")) == len(LAWS) - 1
+    assert len(complete_laws("least-error,")) == len(LAWS) - 1 + len(VARIANTS)
+
+
+def test_laws_with_settings_that_completion_offers_are_accepted():
+    assert complete_law("least-error:price=") == ["least-error:price=position-first", "least-error:price=none"]
+    assert [parse_law(law) for law in VARIANTS] == [sr.LeastError(price="position-first"), sr.LeastError(price=None)]
+
+
+@pytest.mark.parametrize(
+    ("text", "price"),
+    [
+        ("55", 55.0),
+        ("none", None),
+        ("position-first", "position-first"),
+        ("position=100+orientation=8", {"position": 100.0, "orientation": 8.0}),
+        ("position=1e+2+wx wy=8+wz=1", {"position": 100.0, "wx wy": 8.0, "wz": 1.0}),
+    ],
+)
+def test_every_price_can_be_given_on_the_command_line(text, price):
+    assert parse_law(f"least-error:price={text}") == sr.LeastError(price=price)
 
 
 def test_every_law_of_the_package_has_a_name():

@@ -19,6 +19,26 @@ MISTAKES = {
     "no such setting": (("run", "reach.toml", "--law", "least-error:gain=2"), "price"),
     "a setting twice": (("run", "reach.toml", "--law", "least-error:price=2:price=3"), "once"),
     "a setting out of range": (("run", "reach.toml", "--law", "least-error:price=-1"), "above 0"),
+    "a price that is another word": (
+        ("run", "reach.toml", "--law", "least-error:price=position"),
+        "position=100+orientation=8",
+    ),
+    "a price of rows that do not exist": (
+        ("run", "reach.toml", "--law", "least-error:price=position=1+tilt=2"),
+        "names of rows (vx vy vz wx wy wz)",
+    ),
+    "a price of rows twice": (
+        ("run", "reach.toml", "--law", "least-error:price=position=1+position=2"),
+        "each row once",
+    ),
+    "a price of a row that is negative": (
+        ("run", "reach.toml", "--law", "least-error:price=position=-1+orientation=2"),
+        "above 0",
+    ),
+    "a row without a price": (
+        ("run", "reach.toml", "--law", "least-error:price=orientation=8"),
+        "no price for the row v",
+    ),
     "a law twice": (("compare", "reach.toml", "--laws", "least-error,least-error"), "once"),
     "no such joint": (("run", "reach.toml", "--fail", "j12"), "j1 … j11"),
     "no such kind of fault": (("run", "reach.toml", "--fail", "j2:hot"), "derated=FRACTION"),

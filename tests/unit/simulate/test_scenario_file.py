@@ -129,6 +129,12 @@ weights = { length = 2, angle = 3, task = [1, 2, 3, 4, 5, 6], joints = [1, 2, 3]
         ('kind = "least-error"', sr.LeastError()),
         ('kind = "least-error"\nprice = 3', sr.LeastError(price=3)),
         ('kind = "least-error"\nprice = "none"', sr.LeastError(price=None)),
+        ('kind = "least-error"\nprice = "position-first"', sr.LeastError(price="position-first")),
+        ('kind = "least-error"\nprice = { position = 100, orientation = 8 }', sr.LeastError(price=(100, 8))),
+        (
+            'kind = "least-error"\nprice = { position = 100, "wx wy" = 8, wz = 1 }',
+            sr.LeastError(price={"position": 100, "wx wy": 8, "wz": 1}),
+        ),
         ('kind = "singularity-robust"', sr.SingularityRobust()),
         ('kind = "singularity-robust"\ndamping = "closed-form"', sr.SingularityRobust(damping="closed-form")),
         ('kind = "keep-direction"', sr.KeepDirection()),
@@ -137,6 +143,11 @@ weights = { length = 2, angle = 3, task = [1, 2, 3, 4, 5, 6], joints = [1, 2, 3]
 )
 def test_every_law_has_a_name(load, table, law):
     assert load(planar(tables=f"[law]\n{table}")).law == law
+
+
+def test_a_price_is_not_converted_from_the_units_of_the_file(load):
+    tables = '[units]\nlength = "inch"\nangle = "degree"\n[law]\nkind = "least-error"\nprice = 3\n'
+    assert load(planar(tables=tables)).law == sr.LeastError(price=3)
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,8 @@ import pytest
 import stillreach as sr
 from tests.unit.simulate.scenario_texts import EIGHT, EIGHT_MISTAKES, PLANAR, planar
 
+COUPLED = [[2.0 if i == j else float({i, j} == {0, 3}) for j in range(6)] for i in range(6)]
+"""Weights of a task in which vx and wx belong together."""
 WAIT = '[[motion]]\nkind = "wait"\nduration = 1\n'
 
 
@@ -107,6 +109,32 @@ def test_a_largest_rate_that_is_nothing_in_radians_is_refused(mistakes):
             "after the first tick from 0.501 s on",
         ),
         (planar(tables='[law]\nkind = "least-error"\nprice = "no"'), "law.price", "'none'"),
+        (planar(tables='[law]\nkind = "least-error"\nprice = true'), "law.price", "a number"),
+        (planar(tables='[law]\nkind = "least-error"\nprice = [100, 8]'), "law.price", "a table"),
+        (planar(tables='[law]\nkind = "least-error"\nprice = {}'), "law.price", "1 to 3 parts"),
+        (planar(tables='[law]\nkind = "least-error"\nprice = { wx = "8" }'), "law.price.wx", "no quotes"),
+        (planar(tables='[law]\nkind = "least-error"\nprice = { wx = 0 }'), "law.price.wx", "above 0"),
+        (planar(tables='[law]\nkind = "least-error"\nprice = { tilt = 8 }'), "law.price", "names of rows (vx vy"),
+        (planar(tables='[law]\nkind = "least-error"\nprice = { position = 8, vx = 1 }'), "law.price", "each row once"),
+        (
+            planar(tables='[law]\nkind = "least-error"\n[law.price]\nvx = 4\nvy = 3\nvz = 2\nwx = 1'),
+            "law.price",
+            "1 to 3 parts",
+        ),
+        (
+            planar(tables='[law]\nkind = "least-error"\nprice = { position = 8 }'),
+            "law.price",
+            "no price for the row wx",
+        ),
+        (planar(tables='[law]\nkind = "singularity-robust"\ndamping = {}'), "law.damping", "a number"),
+        (
+            planar(
+                tables='[law]\nkind = "least-error"\nprice = { position = 100, orientation = 8 }\n'
+                f"[task.weights]\ntask = {COUPLED}"
+            ),
+            "task.weights.task",
+            "no weight between rows that have different prices",
+        ),
         (planar(tables='[law]\nkind = "least-error"\nnorm = "2"'), "law.norm", "an unknown key"),
         (planar(tables='[law]\nkind = "keep-direction"\nrank_tolerance = 1'), "law.rank_tolerance", "below 1"),
         (planar(tables='[null_motion]\nkind = "posture"'), "null_motion.q", "this key"),

@@ -42,11 +42,29 @@ def test_every_ready_scenario_fits(validator, name):
         planar(tables='[[faults]]\njoint = "j1"\nkind = "locked"\nrate = 1'),
         planar(tables='[[motion]]\nkind = "line"\nto = [1, 2]\nduration = 1'),
         planar(tables='[law]\nkind = "least-error"\nprice = "no"'),
+        planar(tables='[law]\nkind = "least-error"\nprice = { tilt = 8 }'),
+        planar(tables='[law]\nkind = "least-error"\nprice = { position = 0 }'),
+        planar(tables='[law]\nkind = "least-error"\nprice = {}'),
+        planar(tables='[law]\nkind = "least-error"\nprice = { vx = 4, vy = 3, vz = 2, wx = 1 }'),
     ],
 )
 def test_what_has_another_form_does_not_fit(validator, text):
     assert fits(validator, PLANAR)
     assert not fits(validator, text)
+
+
+@pytest.mark.parametrize(
+    "price",
+    [
+        "80",
+        '"none"',
+        '"position-first"',
+        "{ position = 100, orientation = 8 }",
+        '{ position = 9, "wx  wy" = 8, wz = 1 }',
+    ],
+)
+def test_every_form_of_a_price_fits(validator, price):
+    assert fits(validator, planar(tables=f'[law]\nkind = "least-error"\nprice = {price}'))
 
 
 def test_every_key_has_its_meaning_and_its_unit(validator):

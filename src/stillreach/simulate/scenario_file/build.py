@@ -22,7 +22,14 @@ from stillreach.simulate.scenario_file.mistakes import form_of
 from stillreach.simulate.scenario_file.motions import motions_of
 from stillreach.simulate.scenario_file.reading import Reading
 from stillreach.simulate.scenario_file.robots import arm_of
-from stillreach.simulate.scenario_file.settings import check_joint_weights, law_of, limits_of, null_motion_of, task_of
+from stillreach.simulate.scenario_file.settings import (
+    check_joint_weights,
+    check_price,
+    law_of,
+    limits_of,
+    null_motion_of,
+    task_of,
+)
 
 PERIOD = 0.01
 """[s] where a file does not say it, as for Scenario."""
@@ -39,6 +46,7 @@ def scenario_of(document: Document) -> Scenario:
     reading = Reading(document, *form_of(document))
     settings: dict[str, Any] = {"motion": motions_of(reading), "law": law_of(reading), "task": task_of(reading)}
     settings |= {key: reading.value(key) for key in PLAIN if reading.has(key)}
+    check_price(reading, settings["law"], settings["task"])
     arm = arm_of(reading)
     _check_loop(reading)
     _check_times(reading, settings["motion"])

@@ -86,7 +86,7 @@ def _interval_form(value: Any) -> str:
 
 def word_form(value: Any) -> str:
     """Which form of "a number or a word" a value has."""
-    return "<word>" if isinstance(value, str) else "<table>" if isinstance(value, dict) else "<number>"
+    return "<word>" if isinstance(value, str) else "<number>"
 
 
 Start = Annotated[

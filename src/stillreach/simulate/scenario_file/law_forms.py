@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
 from stillreach.simulate.scenario_file.forms import NotNegative, Positive, Start, Table, by_kind, word_form
+
+PRICED_ROWS = "position|orientation|[vw][xyz]"
+BY_ROWS = Field(
+    json_schema_extra={
+        "minProperties": 1,
+        "maxProperties": 3,
+        "propertyNames": {"pattern": f"^({PRICED_ROWS})( +({PRICED_ROWS}))*$"},
+    }
+)
+"""A table of prices in the JSON schema; when a file is loaded, the law checks its rows."""
+
+
+def _price_form(value: Any) -> str:
+    return word_form(value) if isinstance(value, str | int | float) else "<table>"
 
 
 class LawTable(Table):
@@ -24,12 +38,13 @@ class LeastErrorLaw(LawTable):
     price: Annotated[
         Annotated[Positive, Tag("<number>")]
         | Annotated[Literal["none", "position-first"], Tag("<word>")]
-        | Annotated[dict[str, Positive], Tag("<table>")],
-        Discriminator(word_form),
+        | Annotated[dict[str, Positive], BY_ROWS, Tag("<table>")],
+        Discriminator(_price_form),
     ] = Field(
         80.0,
-        description='What a task error costs: a number, "position-first", prices by rows such as '
-        '{ position = 100, orientation = 8 }, or "none": the bare optimum.',
+        description="What a task error costs: a number in units of the task's weights (1/m by default, whatever the "
+        'units of the file), "position-first", prices by rows such as { position = 100, orientation = 8 }, or "none": '
+        "the bare optimum.",
     )
 
 

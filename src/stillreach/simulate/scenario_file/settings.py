@@ -33,14 +33,18 @@ NULL_MOTIONS: dict[str, type[NullMotion]] = {
 
 
 def law_of(reading: Reading) -> Law | None:
-    """The law; None for the default."""
+    """The law; None for the default, or after recording the mistakes."""
     table = reading.value("law")
     if table is None:
         return None
     settings = {key: value for key, value in table.items() if key != "kind"}
     if settings.get("price") == "none":
         settings["price"] = None
-    return LAWS[table["kind"]](**settings)
+    try:
+        return LAWS[table["kind"]](**settings)
+    except InputError as error:  # prices of rows that do not exist, or of a row twice
+        reading.refused(("law",), error)
+        return None
 
 
 def task_of(reading: Reading) -> Task | None:
@@ -52,6 +56,17 @@ def task_of(reading: Reading) -> Task | None:
     settings = {key: table[key] for key in ("rows", "frame") if key in table}
     tool = _tool(table["tool"], reading.units) if "tool" in table else None
     return Task(tool=tool, weights=weights, **settings)
+
+
+def check_price(reading: Reading, law: Law | None, task: Task | None) -> None:
+    """Prices by rows fit the rows and the weights of the task."""
+    if law is None or not reading.good("task"):
+        return
+    task = task or Task()
+    try:
+        law.core(task.row_names, reach=1.0, weights=task.weights)
+    except InputError as error:
+        reading.refused(("law",) if error.argument == "price" else ("task",), error)
 
 
 def check_joint_weights(reading: Reading, arm: Arm) -> None:
