@@ -112,7 +112,8 @@ def summary(
     rate, joint, value = _largest_rate(scenario, run)
     sigma, lost = _left_at_end(scenario, run)
     ends = (float(shift[-1]), float(angle[-1])) if scenario.clock == "time" else off_goal(scenario, run, goal)
-    finished = len(run) > scenario.steps and ends[0] <= near and ends[1] <= turned
+    whole = len(run) > scenario.steps
+    finished = whole and ends[0] <= near and ends[1] <= turned
     return Summary(
         finished=finished,
         interrupted=bool(run.attrs.get("interrupted", 0)),
