@@ -20,6 +20,7 @@ struct Priced {
   double slack;              // rounding of A'u,
   double noise;              // of the residual of rates that are A'u,
   double rounding;           // and of the residual of any rates
+  int rejected;              // answers that the dual does not confirm
 };
 
 template <int M>

@@ -7,8 +7,11 @@
 STILLREACH_BEGIN
 
 constexpr int kPriceSteps = 60;         // most pieces
-constexpr int kPatience = 20;           // of which without singular values
+constexpr int kPatience = 20;           // of which without singular values,
+constexpr double kConfirmed = 1e4;      // a gap of so many times what is enough is not rounding
+constexpr int kUndisturbed = 8;         // and before the best answer so far may do
 constexpr double kLoose = 0.1;          // relative error of |u_g| on a piece that may not be the last
+constexpr double kRestRounding = 16.0;  // a right-hand side that no column reaches counts from so many times the rounding
 constexpr double kPieceCondition = 1e8; // condition number of a damped Gram matrix that is trusted
 
 // Under a full weight W the rates of a multiplier are a bounded problem of their own: z = argmin over the box of z'Wz / 2 - t'z for t in
@@ -206,6 +209,25 @@ inline void piece_target(Rows<M> m, const double* rhs, const double* columns, in
         for (int r = 0; r < m(); ++r) c[r] = madd(-b.columns[i * kStride + r], b.z[i], c[r]);
 }
 
+// The best multiplier so far: the primal objective of its rates is above the dual's by `gap`, which proves how good they are.
+struct Best {
+  double gap, enough, u[kStride], kappa[kParts];
+};
+
+template <int M>
+inline void remember(Rows<M> m, const Priced& d, Best& best) {
+  double square[kParts], gap = -dot(m, d.u, d.residual), enough = 0.0;
+  part_squares(m, d, d.residual, square);
+  for (int g = 0; g < d.parts; ++g) {
+    const double cost = d.most[g] * square_root(square[g]);
+    gap += cost, enough += 1e-14 * cost + 8.0 * d.most[g] * d.rounding;
+  }
+  if (!(gap < best.gap)) return;
+  best.gap = gap, best.enough = enough;
+  for (int r = 0; r < kStride; ++r) best.u[r] = d.u[r];
+  for (int g = 0; g < d.parts; ++g) best.kappa[g] = d.kappa[g];
+}
+
 // One step with singular values. True where its maximum is on the same piece, and the answer.
 template <int M>
 inline STILLREACH_NOINLINE bool careful_step(Rows<M> m, const double* rhs, Box& b, Workspace& w, Priced& d) {
@@ -216,19 +238,35 @@ inline STILLREACH_NOINLINE bool careful_step(Rows<M> m, const double* rhs, Box& 
   piece_target(m, rhs, columns, free, b, d, c);
   Spectrum s;
   spectrum(m(), columns, index, free, 0.0, b.work, s);
+  double rest[kRows];
+  double outside = out_of_reach(m, s, c, rest);
+  if (outside <= kRestRounding * d.rounding) {
+    for (int r = 0; r < m(); ++r) c[r] = madd(-outside, rest[r], c[r]);
+    outside = 0.0;
+  }
   if (d.parts == 1) {
-    solve_secular(m, s, c, d.most[0], d.kappa[0], next);
+    solve_secular(m, s, c, rest, outside, d.most[0], d.kappa[0], next);
     ++b.iterations;
   } else {
     CarefulPiece<M> piece(m, s);
-    for (int g = 0; g < d.parts; ++g) d.least[g] = d.rounding / d.most[g];
+    for (int g = 0; g < d.parts; ++g) {
+      d.least[g] = 1e-9 * d.rounding / d.most[g];
+      if (outside == 0.0 && s.rank < m()) d.kappa[g] = 0.0;  // the task can be done: whether at these prices, ratios of kappa tell
+    }
     b.iterations += trust_regions(m, piece, d, c, kTight, next);
     for (int g = 0; g < d.parts; ++g) d.least[g] = 0.0;
   }
   afford(m, d, next);
   if (climb(m, rhs, next, true, b, w, d) == PARTLY || classify(b, w, d.slack)) return false;
   if (!b.weight) careful_rates(m, s, c, d, next, free, b);
-  return true;
+  if (d.parts == 1) return true;
+  residual_of(b.columns, nullptr, b.k, rhs, b.z, d.residual);
+  Best now{infinity(), 0.0, {}, {}};
+  remember(m, d, now);
+  if (now.gap <= kConfirmed * now.enough) return true;
+  ++d.rejected;
+  rates_of_multiplier(m, rhs, d.u, b, w, d);
+  return false;
 }
 
 // One more step on the last piece, added to the rates: they keep digits that A'u, of a large u, does not have.
@@ -252,12 +290,17 @@ template <int M>
 inline void search_price(Rows<M> m, const double* rhs, bool known, Box& b, Workspace& w, Priced& d) {
   bool careful = false, settled = false;
   for (int i = 0; i < b.k; ++i) b.state[i] = 0;
-  b.capped = false;
+  b.capped = false, d.rejected = 0;
+  Best best{infinity(), 0.0, {}, {}};
   const double rhs_size = size_of(m, rhs), longest = longest_column(m, b);
   rates_of_multiplier(m, rhs, d.u, b, w, d);
   classify(b, w, 0.0);
   for (int step = 0; step < kPriceSteps; ++step) {
     measure_rounding(m, rhs_size, longest, b, d);
+    if (step > kUndisturbed || d.rejected > 0) {
+      remember(m, d, best);
+      if (best.gap <= best.enough || d.rejected > 3) break;
+    }
     if (careful || step > kPatience) {
       if (careful_step(m, rhs, b, w, d)) return;
       continue;
@@ -286,7 +329,13 @@ inline void search_price(Rows<M> m, const double* rhs, bool known, Box& b, Works
     careful |= tight && !(piece.condition < kPieceCondition);
     known = same, settled = tight;
   }
-  b.capped = true;
+  // Pieces that rounding chooses, one after the other.
+  for (int r = 0; r < kStride; ++r) d.u[r] = best.u[r];
+  for (int g = 0; g < d.parts; ++g) d.kappa[g] = best.kappa[g];
+  for (int i = 0; i < b.k; ++i) b.state[i] = 0;
+  rates_of_multiplier(m, rhs, d.u, b, w, d);
+  classify(b, w, 0.0);
+  b.capped = !(best.gap <= best.enough);
 }
 
 STILLREACH_END

@@ -114,18 +114,25 @@ struct CarefulPiece {
   }
 };
 
-// One part, by singular values: c = (A_F A_F' + kappa) u. From below Newton's steps on 1 / |u| never pass the root.
+// The unit vector `rest` along what of c no column reaches, and how much that is.
 template <int M>
-inline void solve_secular(Rows<M> m, const Spectrum& s, const double* c, double most, double& kappa, double* u) {
-  double g[kRows], rest[kRows];
+inline double out_of_reach(Rows<M> m, const Spectrum& s, const double* c, double* rest) {
+  double length = s.rank < m() ? 1.0 : 0.0;
   for (int r = 0; r < m(); ++r) rest[r] = c[r];
-  double outside = s.rank < m() ? 1.0 : 0.0;  // length of what no column reaches, along `rest`
-  for (int pass = 0; pass < 2 && outside > 0.0; ++pass) {
+  for (int pass = 0; pass < 2 && length > 0.0; ++pass) {
     make_orthogonal(m, s.left, s.rank, rest);
-    const double length = size_of(m, rest);
-    outside = pass == 0 || length > 0.5 ? outside * length : 0.0;  // else it was rounding
-    for (int r = 0; r < m() && length > 0.0; ++r) rest[r] /= length;
+    const double left = size_of(m, rest);
+    length = pass == 0 || left > 0.5 ? length * left : 0.0;  // else it was rounding
+    for (int r = 0; r < m() && left > 0.0; ++r) rest[r] /= left;
   }
+  return length;
+}
+
+// One part, by singular values: c + outside * rest = (A_F A_F' + kappa) u. From below Newton's steps on 1 / |u| never pass the root.
+template <int M>
+inline void solve_secular(Rows<M> m, const Spectrum& s, const double* c, const double* rest, double outside, double most, double& kappa,
+                          double* u) {
+  double g[kRows];
   kappa = outside / most;
   for (int j = 0; j < s.rank; ++j) {
     g[j] = dot(m, s.left[j], c);
@@ -273,17 +280,29 @@ struct Regions {
     return h;
   }
 
+  // Whether the damping is rounding. Then only the ratios of kappa matter, and |next_g| <= Y_g is all that is asked of them.
+  inline bool negligible() const {
+    bool all = Piece::careful;
+    for (int p = 0; p < d.parts; ++p) all &= d.kappa[p] * d.most[p] <= d.rounding;
+    return all;
+  }
+  inline bool within() const {
+    bool all = true;
+    for (int p = 0; p < d.parts; ++p) all &= size[p] <= d.most[p];
+    return all;
+  }
+
   // |next_g| = Y_g by kappa_g alone, from the present point. |next_g| falls with kappa_g, and 1 / |next_g| is concave: from below
   // Newton's steps do not pass the root.
-  inline double settle_part(int g, double h) {
+  inline double settle_part(int g, double h, bool negligible) {
     double above = 0.0, below = infinity(), step[kParts], alone[kParts];
     for (int round = 0; round < 20 && regular; ++round) {
       const double old = d.kappa[g], ratio = size[g] / d.most[g];
-      if (magnitude(ratio - 1.0) <= 1e-3 || (!(old > d.least[g]) && ratio <= 1.0)) return h;
+      if ((magnitude(ratio - 1.0) <= 1e-3 && !negligible) || (ratio <= 1.0 && (negligible || !(old > d.least[g])))) return h;
       (ratio > 1.0 ? above : below) = old;
       active[g] = true;
       newton_step(m, piece, d, active, size, next, step, alone);
-      double kappa = old + alone[g];
+      double kappa = negligible ? 1.05 * (old + alone[g]) : old + alone[g];
       if (!(kappa > above && kappa < below)) kappa = above > 0.0 && below < infinity() ? square_root(above) * square_root(below) : d.least[g];
       d.kappa[g] = larger(kappa, d.least[g]);
       if (d.kappa[g] == old) return h;
@@ -305,9 +324,13 @@ struct Regions {
       }
       h = evaluate();
     }
-    for (int round = 0; round < 30 && regular; ++round) {
-      if (d.excess <= tolerance || (d.excess < 1e-8 && d.excess > 0.5 * last)) return;
+    for (int round = 0; round < (Piece::careful ? 30 : 10) && regular; ++round) {
+      if (d.excess <= tolerance || (d.excess < 1e-8 && d.excess > 0.5 * last) || (negligible() && within())) return;
       last = d.excess;
+      if (negligible()) {
+        for (int p = 0; p < d.parts; ++p) h = settle_part(p, h, true);
+        continue;
+      }
       double old[kParts];
       bool moved = false;
       newton_step(m, piece, d, active, size, next, step, alone);
@@ -324,10 +347,10 @@ struct Regions {
       }
       for (int p = 0; p < d.parts; ++p) d.kappa[p] = old[p];
       h = evaluate();
-      for (int p = 0; p < d.parts; ++p) h = settle_part(p, h);
+      for (int p = 0; p < d.parts; ++p) h = settle_part(p, h, false);
       last = infinity();
     }
-    if (!regular) d.excess = infinity();
+    if (!regular || !Piece::careful) d.excess = infinity();
   }
 };
 
