@@ -55,6 +55,8 @@ def certificate(case: PriceCase, parts: Parts, rates, u) -> Certificate:
 
     u is shortened where rounding has it out of its balls, which lowers the bound.
     """
+    works = case.lower < case.upper
+    moves = np.linalg.norm(rates) + np.linalg.norm(case.reference[works])  # rates are found as changes of the reference
     with localcontext() as context:
         context.prec = 50
         exact = np.frompyfunc(lambda number: Decimal(float(number)), 1, 1)
@@ -66,7 +68,7 @@ def certificate(case: PriceCase, parts: Parts, rates, u) -> Certificate:
             size = (u[rows] @ u[rows]).sqrt()
             if size > most:
                 dual[rows] = u[rows] * (most / size)
-            rounding += price * (np.linalg.norm(case.x[rows]) + np.linalg.norm(case.j[rows], 2) * np.linalg.norm(rates))
+            rounding += price * (np.linalg.norm(case.x[rows]) + np.linalg.norm(case.j[rows], 2) * moves)
         primal += (r - ref) @ (r - ref) / 2
         pull = dual @ j
         low, high = exact(case.lower), exact(case.upper)
