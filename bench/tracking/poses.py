@@ -52,7 +52,9 @@ def random_poses(machines: list[Machine], count: int = 6000) -> Part:
                 rows.append((name, speed, *shares(far), *shares(own)))
                 if locked is None and speed == SPEEDS[0] and each.name in ("Panda", "iiwa 14"):
                     share = np.mean(far > 0.01)
-                    claims.append(Claim(f"{name} at 1 cm/s: {100 * share:.2f} % miss over 1 %, at most 4", share <= 0.04))
+                    claims.append(
+                        Claim(f"{name} at 1 cm/s: {100 * share:.2f} % miss over 1 %, at most 4", share <= 0.04)
+                    )
     head = ["arm", "m/s"]
     for limits in ("limits far", "its own"):
         head += [f"{limits}: miss > 1 %, % of poses", "> 10 %", "mean error %", "worst %"]
