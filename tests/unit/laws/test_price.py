@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import stillreach as sr
-from oracles.price import by_damping, by_reweighting, certificate, price_case, price_cases, typical_rate
+from oracles.price import PriceCase, by_damping, by_reweighting, certificate, price_case, price_cases, typical_rate
 from stillreach import Status
 from tests.unit.laws.priced import answer
 
@@ -79,6 +79,23 @@ def test_the_gap_of_several_parts_is_rounding(capsys):
     with capsys.disabled():
         print(f"\n  largest gap {worst:.3f} of what is allowed; (parts, of them exact): {sorted(kinds)}", end="")
     assert {(2, 0), (2, 1), (2, 2), (3, 0), (3, 1), (3, 2), (3, 3)} <= kinds
+
+
+@pytest.mark.parametrize("price", [80.0, (100.0, 8.0)])
+def test_a_search_that_starts_where_the_last_tick_ended_has_no_gap_either(price):
+    arm, random, damped = sr.arms.nasa_modular(), np.random.default_rng(23), 0
+    limit = np.deg2rad(50.0)
+    for _ in range(4):
+        ctl = sr.Controller(arm, law=sr.LeastError(price=price), rate_limits=limit)
+        q, along, twist = random.uniform(-1.5, 1.5, (2, 11)), random.uniform(-1.0, 1.0, 11), random.normal(size=6)
+        for tick in range(60):
+            out = ctl.step(q[0] + 0.02 * tick * along, 1.5 * np.sin(0.1 * tick) * twist)
+            case = PriceCase(out.jacobian, out.twist, out.lower, out.upper, np.zeros(11), f"tick {tick}")
+            pair = ((0, 1, 2), limit * 100.0 / arm.reach), ((3, 4, 5), limit * 8.0)
+            parts = [(WHOLE, 80.0 * limit)] if price == 80.0 else pair
+            assert judged(case, parts, out, price).optimal, case.label
+            damped += out.damping > 0.0
+    assert 40 < damped < 200
 
 
 def test_a_worse_answer_has_a_gap():
