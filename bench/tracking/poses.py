@@ -9,6 +9,8 @@ from bench.tracking.setting import BARE, ELBOW, LAWS, Claim, Machine, Part, perc
 from bench.workload import LIMIT, arm
 from stillreach import _core
 
+EXACT = 1e-4
+"""Of the largest singular value: a smaller one is rounding of the robot's file."""
 FAR = 1e6
 """[rad/s] A limit that no joint meets."""
 SPEEDS = (0.01, 0.1)
@@ -42,20 +44,20 @@ def readme_ticks(count: int = 1024) -> Part:
 
 
 def random_poses(machines: list[Machine], count: int = 6000) -> Part:
-    """Every pose asked for one random twist; all limits far away, then the arm's own."""
+    """Every pose asked for one random twist; all limits far away, then the arm's own, which forbid some of them."""
     rows, claims = [], []
     for each in machines:
         for locked in (None, ELBOW):
             for speed in SPEEDS:
                 far, own = (missing(each, count, speed, locked, far) for far in (True, False))
                 name = each.name if locked is None else f"{each.name}, j{locked + 1} locked"
-                rows.append((name, speed, *shares(far), *shares(own)))
+                rows.append((name, speed, possible(each, count, locked), *shares(far), *shares(own)))
                 if locked is None and speed == SPEEDS[0] and each.name in ("Panda", "iiwa 14"):
                     share = np.mean(far > 0.01)
                     claims.append(
                         Claim(f"{name} at 1 cm/s: {100 * share:.2f} % miss over 1 %, at most 4", share <= 0.04)
                     )
-    head = ["arm", "m/s"]
+    head = ["arm", "m/s", "feasible without limits, %"]
     for limits in ("limits far", "its own"):
         head += [f"{limits}: miss > 1 %, % of poses", "> 10 %", "mean error %", "worst %"]
     return table(head, rows), claims
@@ -64,6 +66,13 @@ def random_poses(machines: list[Machine], count: int = 6000) -> Part:
 def shares(errors: np.ndarray) -> tuple[str, ...]:
     """Relative errors as a row's cells."""
     return percent(errors > 0.01), percent(errors > 0.1), percent(errors), percent(np.max(errors), 0)
+
+
+def possible(each: Machine, count: int, locked: int | None) -> str:
+    """In how many poses the arm can do any twist at all, slowly: an iiwa's elbow cannot be spared."""
+    working = np.arange(each.arm.n) != (-1 if locked is None else locked)
+    sigma = np.linalg.svd(each.arm.jacobian(each.poses(count, 10))[:, :, working], compute_uv=False)
+    return percent(sigma[:, -1] > EXACT * sigma[:, 0], 1)
 
 
 def missing(each: Machine, count: int, speed: float, locked: int | None, far: bool) -> np.ndarray:
