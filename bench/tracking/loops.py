@@ -18,6 +18,8 @@ STARTED = 2.0
 ACCELERATION = 10.0
 """[rad/s²]"""
 Events = dict[int, list[Callable[[sr.Controller], None]]]
+STARTS = {"Panda": PANDA_START, "iiwa 14": np.array([0.0, 0.6, 0.0, -1.4, 0.0, 1.1, 0.0])}
+"""[rad] Bent, amid the joints' ranges."""
 FAULTS = (sr.Locked(), sr.Derated(0.3), sr.Runaway(0.1))
 
 
@@ -50,11 +52,10 @@ def through_faults(machines: list[Machine], loops: int = 20) -> Part:
 def loop(each: Machine, law: sr.Law | None, step: Step, seed: int) -> Record:
     """One of them: the same start, path and faults for every solver."""
     random = np.random.default_rng([seed, 21])
-    q, ticks = 0.6 * each.poses(1, 100 + seed)[0], round(SECONDS / PERIOD)
-    if each.name == "Panda":
-        q = PANDA_START + random.uniform(-0.3, 0.3, each.arm.n)
+    q, ticks = STARTS[each.name] + random.uniform(-0.4, 0.4, each.arm.n), round(SECONDS / PERIOD)
     pace, shift = 2.0 * np.pi / random.uniform(5.0, 12.0, 6), random.uniform(-np.pi, np.pi, 6)
-    path = Path(each.arm.forward(q), random.uniform(0.03, 0.1, 3), random.uniform(-0.2, 0.2, 3), pace, shift)
+    size, turn = random.uniform(0.03, 0.12, 3), random.uniform(-0.3, 0.3, 3)
+    path = Path(each.arm.forward(q), size, turn, pace, shift)
     ctl = sr.Controller(each.arm, law=law, period=PERIOD, rate_limits=each.limits)
     return follow(ctl, q, path, ticks, PERIOD, events=faults(random, each.arm.n), step=step)
 

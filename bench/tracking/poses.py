@@ -10,7 +10,7 @@ from bench.workload import LIMIT, arm
 from stillreach import _core
 
 EXACT = 1e-4
-"""Of the largest singular value: a smaller one is rounding of the robot's file."""
+"""Of the largest singular value: a smaller one may be rounding in the robot file."""
 FAR = 1e6
 """[rad/s] A limit that no joint meets."""
 SPEEDS = (0.01, 0.1)
@@ -57,7 +57,7 @@ def random_poses(machines: list[Machine], count: int = 6000) -> Part:
                     claims.append(
                         Claim(f"{name} at 1 cm/s: {100 * share:.2f} % miss over 1 %, at most 4", share <= 0.04)
                     )
-    head = ["arm", "m/s", "feasible without limits, %"]
+    head = ["arm", "m/s", "σ6 > 1e-4 σ1, % of poses"]
     for limits in ("limits far", "its own"):
         head += [f"{limits}: miss > 1 %, % of poses", "> 10 %", "mean error %", "worst %"]
     return table(head, rows), claims
