@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stillreach as sr
-from oracles.price import certificate, price_cases, typical_rate
+from oracles.price import PriceCase, certificate, price_cases, typical_rate
 from stillreach.laws.price import BEYOND, CEILING, POSITION_FIRST
 from tests.unit.laws.priced import answer
 
@@ -19,6 +19,51 @@ def test_a_row_that_cannot_be_served_costs_the_others_nothing_in_a_part_of_its_o
     assert np.linalg.norm(together.residual[:5]) > 1e-6
     x[5] = 0.0
     assert np.linalg.norm(sr.LeastError().solve(j, x, bounds).residual) < 1e-14
+
+
+CONSISTENT = {  # ten times J of two or three joints, the rates that do the twist exactly, prices
+    "a third too much": (
+        [[-1, -6, 6], [4, 8, 8], [6, 8, 7], [0, -9, 3], [-4, 7, 2], [-1, 4, -9]],
+        [-0.4, 0.3, 0.1],
+        (1.0, 0.5),
+    ),
+    "one joint asked": (
+        [[-6, 5, 7], [-5, 4, 7], [3, -2, 2], [5, -1, 5], [5, -2, -4], [5, -1, 4]],
+        [0.0, -0.5, 0.0],
+        (2.0, 2.0),
+    ),
+    "cheap": (
+        [[-1, 8, 4], [1, -5, 6], [-4, -2, -9], [-8, -3, 1], [-7, -6, -8], [-1, -8, -3]],
+        [0.5, 0.3, -0.4],
+        (1.0, 0.5),
+    ),
+    "two joints": (
+        [[9, 7], [-1, -2], [7, 8], [-5, -5], [3, 9], [5, 3]],
+        [0.5, -0.2],
+        (2.0, 0.5),
+    ),
+    "equal prices": (
+        [[7, -6, -7], [3, 6, -6], [-6, -8, 3], [-2, 3, 1], [-8, 8, 6], [-9, 7, 7]],
+        [0.2, 0.0, 0.3],
+        (1.0, 1.0),
+    ),
+    "two joints, cheap": (
+        [[0, -1], [1, 3], [5, 4], [-1, 4], [1, 6], [-6, -1]],
+        [0.1, -0.5],
+        (1.0, 0.5),
+    ),
+}
+
+
+@pytest.mark.xfail(reason="the search ends away from the optimum after some 120 factorisations")
+@pytest.mark.parametrize("name", CONSISTENT)
+def test_fewer_joints_than_rows_that_do_the_twist_exactly_settle(name):
+    rows, rates, price = CONSISTENT[name]
+    j, n = np.array(rows) / 10.0, len(rates)
+    case = PriceCase(j, j @ rates, np.full(n, -1.0), np.full(n, 1.0), np.zeros(n), name)
+    out = answer(sr.LeastError(price=price), case, length=1.0)
+    found = certificate(case, [((0, 1, 2), price[0]), ((3, 4, 5), price[1])], out.rates, out.multiplier)
+    assert found.optimal, found
 
 
 def test_prices_in_the_axes_of_the_tool():
