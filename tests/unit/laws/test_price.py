@@ -179,3 +179,32 @@ def test_velocity_limits_say_what_a_rate_is_worth():
     limits[[0, 1, 2, 4, 5, 6]] = 0.0  # failed: one joint works, and it counts
     one = sr.LeastError().solve(j, x, narrow, velocity_limits=limits)
     np.testing.assert_allclose(one.rates, sr.LeastError(price=80.0 * 1e4 / 0.01).solve(j, x, narrow).rates, atol=1e-15)
+
+
+AT_A_BOUND = {  # ten times J, and the rates that do the twist, one of them the limit, 1 rad/s
+    "two joints": ([[0, -3], [9, -8], [-1, -4], [9, -7], [0, 6], [0, 0]], [-1.0, -0.2]),
+    "two others": ([[5, 6], [-6, -2], [9, 7], [5, -2], [0, 0], [-6, 0]], [1.0, -0.8]),
+    "three": ([[1, -3, -8], [0, 1, -6], [-1, -3, 2], [6, 3, 2], [3, 9, 1], [-4, 4, -4]], [0.9, 1.0, -0.8]),
+    "five": (
+        [
+            [6, -9, -2, 3, 7],
+            [5, 9, 8, 9, 3],
+            [-8, 3, 6, 1, -6],
+            [2, 6, -9, 6, 9],
+            [-4, -7, 2, 7, -5],
+            [9, -7, -4, 1, 0],
+        ],
+        [-1.0, -0.7, 0.0, 0.6, 0.5],
+    ),
+}
+
+
+@pytest.mark.xfail(reason="the search goes round in circles, and the answer is where it was stopped")
+@pytest.mark.parametrize("name", AT_A_BOUND)
+def test_a_twist_that_needs_a_joint_just_at_its_bound_settles(name):
+    rows, rates = AT_A_BOUND[name]
+    j, n = np.array(rows) / 10.0, len(rates)
+    case = PriceCase(j, j @ rates, np.full(n, -1.0), np.full(n, 1.0), np.zeros(n), name)
+    out = answer(sr.LeastError(), case)
+    assert judged(case, [(WHOLE, 80.0)], out, 80.0).optimal
+    np.testing.assert_allclose(out.rates, rates, atol=1e-9)
