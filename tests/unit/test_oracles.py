@@ -284,7 +284,7 @@ def test_a_runaway_joint_coupled_by_the_weight_shifts_the_least_motion():
 
 @pytest.mark.parametrize(("x", "limit"), [(0.3, 9.0), (2.0, 9.0), (2.0, 0.9)])
 def test_a_priced_joint_is_what_it_is_by_hand(x, limit):
-    """Least Y |x - j r| + (r - 0.2)^2 / 2, r <= limit: r = 0.2 + j Y, or no error, or the bound, whichever comes first."""
+    """Least Y |x - j r| + (r - 0.2)^2 / 2, r <= limit: the first of r = 0.2 + j Y, no error, and the bound."""
     j, price = 0.5, 2.0
     rate = min(x / j, 0.2 + j * price, limit)
     u = (rate - 0.2) / j if rate == x / j else price
