@@ -11,7 +11,7 @@ LINTED := $(wildcard src tests examples bench scripts docs)
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test bench bench-peers why instructions lint cpp-test pytest wheel dev format requirements clean help check-tools
+.PHONY: demo test bench track bench-peers why instructions lint cpp-test pytest wheel dev format requirements clean help check-tools
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -44,6 +44,9 @@ format: $(STAMPS)/test  ## let ruff put the Python files in order
 bench: dev  ## time a tick and a batch from Python, with ratios to what others do and what the machine can
 	$(BIN)/python -m bench.tick
 	$(BIN)/python -m bench.batch
+
+track: dev  ## measure how well the default law tracks, beside the bare optimum and a box QP; ARGS="--help" for more
+	$(BIN)/python -m bench.tracking $(ARGS)
 
 bench-peers: $(STAMPS)/wheel .venv-peers/installed  ## time stillreach beside its peers, into README.md; ARGS="--help" for more
 	.venv-peers/bin/pip install -q --no-deps --force-reinstall build/wheel/stillreach-*.whl

@@ -8,6 +8,7 @@ from functools import cache, cached_property
 import numpy as np
 
 import stillreach as sr
+from oracles.price import ENDLESS
 from tests.conformance.registry import FAULTS, LIMITS, SUBJECTS
 
 
@@ -18,6 +19,8 @@ class Scene:
     Attributes:
         j, twist: Jacobian (m, n) and twist (m,); `rows`, `joints` their kinds in letters.
         lower, upper: (n,) bounds.
+        limits: (n,) of the joints' rates, where they are told to the law: an infinite bound counts as a constant, which
+            does not change with the units. None: as the bounds say.
         label: arm, pose, fault, limit, twist.
     """
 
@@ -28,6 +31,7 @@ class Scene:
     rows: str
     joints: str
     label: str
+    limits: np.ndarray | None = None
 
     @property
     def fixed(self) -> np.ndarray:
@@ -39,6 +43,12 @@ class Scene:
         """Lower and upper bounds."""
         return sr.Bounds(self.lower, self.upper)
 
+    @property
+    def counted_limits(self) -> np.ndarray:
+        """(n,) what the bounds say of the joints' rate limits: 0 for fixed joints, ENDLESS for infinite ones."""
+        most = np.maximum(np.abs(self.lower), np.abs(self.upper))
+        return np.where(self.fixed, 0.0, np.where(np.isfinite(most), most, ENDLESS))
+
     @cached_property
     def ratios(self) -> np.ndarray:
         """Singular values of the working joints' Jacobian over the largest, falling."""
@@ -48,7 +58,8 @@ class Scene:
 
     def ask(self, law, **kwargs):
         """The law's answer."""
-        return law.solve(self.j, self.twist, self.bounds, row_kinds=self.rows, joint_kinds=self.joints, **kwargs)
+        kwargs = {"row_kinds": self.rows, "joint_kinds": self.joints, "velocity_limits": self.limits} | kwargs
+        return law.solve(self.j, self.twist, self.bounds, **kwargs)
 
     def without_limits(self):
         """The same with bounds on fixed joints only."""
@@ -57,7 +68,8 @@ class Scene:
 
     def times(self, s):
         """Twist and all bounds times s."""
-        return replace(self, twist=s * self.twist, lower=s * self.lower, upper=s * self.upper)
+        scaled = {"twist": s * self.twist, "lower": s * self.lower, "upper": s * self.upper}
+        return replace(self, **scaled, limits=s * self.counted_limits)
 
     def size(self, rates):
         """What differences of rates are measured by: the largest rate, and 1e-9 of what bounds and twist suggest."""

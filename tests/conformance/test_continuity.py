@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import stillreach as sr
+from oracles.price import typical_rate
 from stillreach import _core
 from tests.conformance.registry import ARMS
 
-GAIN = 10.0
 PRICED, BARE = sr.LeastError(), sr.LeastError(price=None)
 STEPS, LOOKS, HALVINGS = 2000, 5, 34
 LIMIT = np.deg2rad(50.0)
@@ -25,13 +25,13 @@ class Walk:
     Attributes:
         slope: steepest change of the rates per length that was seen.
         jump: largest change left between points 3e-14 apart.
-        gain: largest change of the rates per change of the twist, over the steps where the damping does not move.
+        share: largest change of the rates as a share of sqrt(2 Y |change of the twist|); 0 where the twist stays.
         sets: number of different sets of active bounds.
     """
 
     slope: float
     jump: float
-    gain: float
+    share: float
     sets: int
 
 
@@ -43,13 +43,18 @@ def walk(law, question):
     times = np.linspace(0.0, 1.0, STEPS + 1)
     answers = [ask(t) for t in times]
     moves = np.linalg.norm(np.diff([answer.rates for answer in answers], axis=0), axis=1)
-    still = np.diff([answer.damping for answer in answers]) == 0.0
-    way = np.linalg.norm(np.diff([answer.twist for answer in answers], axis=0), axis=1)
-    gains = moves[still & (way > 0.0)] / way[still & (way > 0.0)]
+    moved = np.linalg.norm(np.diff([answer.twist for answer in answers], axis=0), axis=1)
+    shares = moves[moved > 0.0] / np.sqrt(2.0 * price(question(0.0)) * moved[moved > 0.0])
     looks = [closer(ask, times[k], times[k + 1]) for k in np.argsort(moves)[-LOOKS:]]
     slope, jump = np.max(looks, axis=0)
     sets = {answer.active.tobytes() for answer in answers}
-    return Walk(slope, jump, np.max(gains, initial=0.0), len(sets))
+    return Walk(slope, jump, np.max(shares, initial=0.0), len(sets))
+
+
+def price(question):
+    """Y of the default law."""
+    _, _, lower, upper = question
+    return 80.0 * typical_rate(lower, upper)
 
 
 def closer(ask, a, b):
@@ -114,14 +119,15 @@ LINES += [("keep direction", sr.KeepDirection(), "twist", seed) for seed in SEED
 def test_no_jump(name, law, kind, seed, arm, capsys):
     found = walk(law, line(seed, kind, arm))
     text = f"{name}, line in {kind}, {arm}: {found.sets} sets of active bounds, Lipschitz {found.slope:.4g}"
-    if kind == "twist":
-        text += f", {found.gain:.4g} per unit of twist where the damping stands"
+    priced_twist = kind == "twist" and name == "least error"
+    if priced_twist:
+        text += f", {found.share:.4f} of sqrt(2 Y |change of the twist|)"
     with capsys.disabled():
         print("\n  " + text, end="")
     assert found.sets > 1
     assert found.jump <= 1e-5
-    if kind == "twist" and name == "least error":
-        assert found.gain <= GAIN * (1.0 + 1e-6)
+    if priced_twist:
+        assert found.share <= 1.0 + 1e-9
 
 
 def tilted(law, tilt):
@@ -132,7 +138,7 @@ def tilted(law, tilt):
     return law.solve(J, np.array([0.0, 6, 0, 0, 0, 0]), sr.Bounds.symmetric(LIMIT, n=11))
 
 
-def test_the_bare_optimum_flips_a_joint_for_next_to_nothing_and_the_gain_cures_it(capsys):
+def test_the_bare_optimum_flips_a_joint_for_next_to_nothing_and_a_price_cures_it(capsys):
     bare = [tilted(BARE, tilt) for tilt in (-1e-6, 1e-6)]
     damped = [tilted(PRICED, tilt) for tilt in (-1e-6, 1e-6)]
     j4 = np.rad2deg([[answer.rates[3] for answer in pair] for pair in (bare, damped)])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from oracles.kinematics import INCH
+from oracles.price import EPS, typical_rate
 from stillreach import Status, Weights
 from tests.conformance.registry import LAWS, SUBJECTS
 from tests.conformance.scenes import Broken, scenes
@@ -18,6 +19,10 @@ EVERY_OPTIMUM = pytest.mark.parametrize("law", [law for law in LAWS if LAWS[law]
 CLOSE, ROUNDED = 1e-9, 1e-12
 """How far rates may move, relative to the largest, where numbers are only rounded differently: well conditioned, and
 times the condition number of the working joints' Jacobian."""
+
+
+LEAST_PRICE = 8.0
+"""Of the laws in the registry."""
 
 
 @pytest.fixture
@@ -44,6 +49,13 @@ def same(scene, contract, one, other, joint=1.0, error=1.0):
             return True
     reach = np.linalg.norm(scene.twist) + np.linalg.norm(scene.j, axis=0) @ np.abs(one.rates)
     return not contract.continuous and abs(one.task_error - other.task_error / error) <= 1e-9 * reach
+
+
+def rounded_damping(scene, rates):
+    """The damping that rounding of the error makes: the error over a price, which counts in bounds, be they tiny."""
+    reach = np.linalg.norm(scene.twist) + np.linalg.norm(scene.j, axis=0) @ np.abs(rates)
+    typical = typical_rate(scene.lower, scene.upper)
+    return EPS * reach / (LEAST_PRICE * typical) if typical > 0.0 else 0.0
 
 
 @EVERY_LAW
@@ -81,9 +93,9 @@ def test_twist_and_bounds_times_a_number_give_the_rates_times_it(law, arm, broke
         gap, exact = np.max(np.abs(other.rates / s - one.rates)), np.log2(s).is_integer()
         fine = gap <= 1e-15 * scene.size(one.rates) if exact else same(scene, contract, one, other, s, s)
         broken.unless(fine, scene, s, gap)
-        tolerance = 0.0 if exact else 1e-9
         kappa, other_kappa = one.damping, other.damping
-        broken.unless(abs(other_kappa - kappa) <= tolerance * max(kappa, 1e-6), scene, s, kappa, other_kappa)
+        tolerance = 0.0 if exact else 1e-9 * max(kappa, 1e-6) + rounded_damping(scene, one.rates)
+        broken.unless(abs(other_kappa - kappa) <= tolerance, scene, s, kappa, other_kappa)
         tolerance = 1e-15 if exact else 1e-9
         broken.unless(abs(other.scale - one.scale) <= tolerance, scene, s, one.scale, other.scale)
     broken.settle(len(scenes(arm)))
@@ -115,7 +127,8 @@ def test_inches_with_matching_weights_leave_the_rates(law, arm, broken):
         row = np.where(np.array(list(scene.rows)) == "v", 1.0 / INCH, 1.0)
         joint = np.where(np.array(list(scene.joints)) == "P", 1.0 / INCH, 1.0)
         j, twist = row[:, None] * scene.j / joint, row * scene.twist
-        other = replace(scene, j=j, twist=twist, lower=joint * scene.lower, upper=joint * scene.upper).ask(in_inches)
+        bounds = {"lower": joint * scene.lower, "upper": joint * scene.upper, "limits": joint * scene.counted_limits}
+        other = replace(scene, j=j, twist=twist, **bounds).ask(in_inches)
         one = scene.ask(contract.make())
         broken.unless(same(scene, contract, one, other, joint), scene, one.task_error, other.task_error)
     broken.settle(len(asked))

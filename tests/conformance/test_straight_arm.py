@@ -1,5 +1,7 @@
 """The paper's arm straight up, where its Jacobian has rank 3, and a hair beside it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -45,7 +47,7 @@ def test_what_the_straight_arm_lost_is_told(law, failed):
 @pytest.mark.parametrize("angle", [1e-3, -1e-3])
 def test_beside_a_singularity_no_joint_runs_for_nothing(failed, angle, capsys):
     largest, along = {}, {}
-    for name, law in {"damped": sr.LeastError(), "bare": sr.LeastError(price=None)}.items():
+    for name, law in {"priced": sr.LeastError(), "bare": sr.LeastError(price=None)}.items():
         controller = sr.Controller(ARM, law=law, rate_limits=LIMIT)
         for joint in failed:
             controller.fail(joint)
@@ -55,28 +57,18 @@ def test_beside_a_singularity_no_joint_runs_for_nothing(failed, angle, capsys):
     with capsys.disabled():
         moved = ", ".join(f"{name} {largest[name]:.4f} rad/s for {100 * along[name]:.2f} %" for name in largest)
         print(f"\n  straight arm, {len(failed)} failed, pushed inward: {moved}")
-    assert largest["damped"] <= 0.05
+    assert largest["priced"] <= 0.1 * LIMIT
     assert largest["bare"] > 0.99 * LIMIT
     assert along["bare"] < 0.03
 
 
-def test_the_free_run_of_example_2_does_not_see_the_price():
+def test_the_free_run_of_example_2_is_worth_its_rates():
+    """With all joints free it is done exactly: the price is never reached, and the answer is the bare optimum's."""
     scenario = examples.scenarios()[examples.EXAMPLE_2_FREE]
-    rates = {}
-    for price in (80.0, None):
-        law = sr.LeastError(price=price)
-        run = sr.simulate(
-            sr.Scenario(
-                arm=scenario.arm,
-                start=scenario.start,
-                motion=scenario.motion,
-                law=law,
-                period=scenario.period,
-                duration=scenario.duration,
-                rate_limits=LIMIT,
-            ),
-            progress=False,
-        )
-        rates[price] = run.rates
-    assert np.max(np.abs(rates[80.0])) > 0.01
-    assert np.max(np.abs(rates[80.0] - rates[None])) <= 1e-9
+    runs = [
+        sr.simulate(replace(scenario, law=sr.LeastError(price=price), rate_limits=LIMIT), progress=False)
+        for price in (80.0, None)
+    ]
+    assert np.max(np.abs(runs[0].rates)) > 0.01
+    assert np.max(np.abs(runs[0].rates - runs[1].rates)) <= 1e-9
+    assert not np.any(runs[0].damping)

@@ -10,6 +10,7 @@ from oracles.bounds_table import joint_bounds
 from oracles.cases import BOUNDS, law_cases
 from oracles.damping import rate_norm, rates_at, smallest_damping
 from oracles.kinematics import INCH, paper_arm, planar_arm
+from oracles.price import PriceCase, by_damping, certificate, typical_rate
 from oracles.weighted import decompose, task_error
 
 RNG = np.random.default_rng(20)
@@ -279,3 +280,25 @@ def test_a_runaway_joint_coupled_by_the_weight_shifts_the_least_motion():
     gradient = J.T @ w1 @ (J @ dq - X) + 0.37 * (w2 @ (dq / units)) / units
     np.testing.assert_allclose(np.delete(gradient, 4), 0, atol=1e-12)
     assert dq[4] == 0.8
+
+
+@pytest.mark.parametrize(("x", "limit"), [(0.3, 9.0), (2.0, 9.0), (2.0, 0.9)])
+def test_a_priced_joint_is_what_it_is_by_hand(x, limit):
+    """Least Y |x - j r| + (r - 0.2)^2 / 2, r <= limit: the first of r = 0.2 + j Y, no error, and the bound."""
+    j, price = 0.5, 2.0
+    rate = min(x / j, 0.2 + j * price, limit)
+    u = (rate - 0.2) / j if rate == x / j else price
+    case = PriceCase(np.array([[j]]), np.array([x]), -np.ones(1), np.full(1, limit), np.full(1, 0.2), "by hand")
+    found = certificate(case, [((0,), price)], np.array([rate]), np.array([u]))
+    assert found.objective == pytest.approx(price * abs(x - j * rate) + (rate - 0.2) ** 2 / 2, rel=1e-15)
+    assert abs(found.gap) <= 64.0 * found.rounding
+    worse = certificate(case, [((0,), price)], np.array([rate - 0.1]), np.array([u]))
+    assert worse.gap == pytest.approx(worse.objective - found.objective, rel=1e-12)
+    np.testing.assert_allclose(by_damping(case, price), [rate], atol=1e-8)
+
+
+def test_the_second_largest_limit_of_working_joints_counts():
+    assert typical_rate([-1.0, -3.0, 0.5, -2.0], [1.0, 0.0, 0.5, 2.0]) == 2.0
+    assert typical_rate([-1.0, 0.0], [1.0, 0.0]) == 1.0
+    assert typical_rate([-np.inf, -1.0], [np.inf, 9.0]) == 2.0
+    assert typical_rate([0.0], [0.0]) == 0.0
