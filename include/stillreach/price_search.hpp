@@ -15,15 +15,15 @@ constexpr double kRestRounding = 16.0;  // a right-hand side that no column reac
 constexpr double kPieceCondition = 1e8; // condition number of a damped Gram matrix that is trusted
 
 // Under a full weight W the rates of a multiplier are a bounded problem of their own: z = argmin over the box of z'Wz / 2 - t'z for t in
-// b.target. b.state: where its search starts, and the bounds it ends at; w.held: what it was.
+// b.target. w.whole: W's factor. b.state: where its search starts, and the bounds it ends at;
+// w.held: what it was.
 inline STILLREACH_NOINLINE void cut_weighted(Box& b, Workspace& w) {
   const double nothing[kStride] = {0, 0, 0, 0, 0, 0, 0, 0};
   double *centre = w.limit, *zeros = w.shapes;
   for (int i = 0; i < kStride * b.k; ++i) zeros[i] = 0.0;
-  factor_weight(b.k, b.weight, nullptr, b.k, b.triangle);
   for (int i = 0; i < b.k; ++i) centre[i] = b.target[i], w.held[i] = b.state[i];
-  solve_triangle(b.k, b.triangle, false, 1, centre);
-  solve_triangle(b.k, b.triangle, true, 1, centre);
+  solve_triangle(b.k, w.whole, false, 1, centre);
+  solve_triangle(b.k, w.whole, true, 1, centre);
   Box own = b;
   own.columns = own.length = zeros, own.kappa = 1.0, own.lower = w.other, own.upper = w.extent, own.z = w.second, own.target = w.third;
   for (int i = 0; i < b.k; ++i) w.other[i] = b.lower[i] - centre[i], w.extent[i] = b.upper[i] - centre[i];
@@ -292,6 +292,7 @@ inline void search_price(Rows<M> m, const double* rhs, bool known, Box& b, Works
   for (int i = 0; i < b.k; ++i) b.state[i] = 0;
   b.capped = false, d.rejected = 0;
   Best best{infinity(), 0.0, {}, {}};
+  if (b.weight) factor_weight(b.k, b.weight, nullptr, b.k, w.whole);
   const double rhs_size = size_of(m, rhs), longest = longest_column(m, b);
   rates_of_multiplier(m, rhs, d.u, b, w, d);
   classify(b, w, 0.0);

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from stillreach import _door
 from stillreach._door import FloatArray
+from stillreach._files import file_name
 from stillreach.errors import InputError
 from stillreach.simulate.fields import FIELDS, RATE_UNITS, Field
 from stillreach.simulate.labels import Attribute
@@ -112,7 +113,7 @@ class Run:
         """
         from stillreach.simulate import archive, netcdf
 
-        write = archive.write if os.fspath(path).endswith(archive.SUFFIX) else netcdf.write
+        write = archive.write if file_name("path", path).endswith(archive.SUFFIX) else netcdf.write
         write(self, path)
 
     @classmethod
@@ -129,6 +130,7 @@ class Run:
         """
         from stillreach.simulate import archive, netcdf
 
+        file_name("path", path)
         values = archive.read(path) if archive.is_archive(path) else netcdf.read(path)
         try:
             return cls(**values)
