@@ -92,6 +92,8 @@ STILLREACH_INLINE void add(int first, int count, double factor, const double* a,
   for (; i < count; ++i) b[i] = madd(factor, a[i], b[i]);
 }
 
+constexpr double kNoLength = 1e-150;  // of a row: its square has no inverse any more
+
 // columns: as in gram(). work: m * count numbers. threshold: relative where >= 0, absolute (its negative) otherwise.
 // Overflow and underflow are the caller's to avoid (entries within about 1e-100 to 1e100).
 inline STILLREACH_NOINLINE void spectrum(int m, const double* columns, const int* index, int count, double threshold,
@@ -117,7 +119,7 @@ inline STILLREACH_NOINLINE void spectrum(int m, const double* columns, const int
     pivot[j] = pivot[best], pivot[best] = swap;
     double* v = work + pivot[j] * count;
     const double norm = square_root(best_norm);
-    if (!(norm > 0.0)) break;
+    if (!(norm > kNoLength)) break;
     const double alpha = v[j] > 0.0 ? -norm : norm;
     const double head = v[j] - alpha, scale = 1.0 / (norm * (norm + magnitude(v[j])));
     triangle[j][pivot[j]] = alpha;

@@ -48,7 +48,7 @@ struct GramPiece {
 template <int M>
 struct CarefulPiece {
   Rows<M> m;
-  double basis[kRows][kRows], lambda[kRows];
+  double basis[kRows][kRows] = {}, lambda[kRows] = {};
   double lower[kRows][kRows], pivot[kRows];
   int order[kRows];
   static constexpr bool careful = true;
@@ -59,7 +59,7 @@ struct CarefulPiece {
       lambda[count] = s.sigma[count] * s.sigma[count];
       for (int r = 0; r < m(); ++r) basis[count][r] = s.left[count][r];
     }
-    for (int axis = 0; count < m(); ++axis) {  // the rest of the space
+    for (int axis = 0; count < m() && axis < m(); ++axis) {  // the rest of the space
       double* v = basis[count];
       for (int r = 0; r < m(); ++r) v[r] = r == axis ? 1.0 : 0.0;
       make_orthogonal(m, basis, count, v);

@@ -168,7 +168,7 @@ def test_refused_limits_change_nothing(name, value):
     np.testing.assert_array_equal(ctl.step(q, TWIST).rates, twin.step(q, TWIST).rates)
 
 
-LAWS = [sr.LeastError(), sr.LeastError(max_gain=None), sr.KeepDirection(), sr.Pseudoinverse(), sr.SingularityRobust()]
+LAWS = [sr.LeastError(), sr.LeastError(price=None), sr.KeepDirection(), sr.Pseudoinverse(), sr.SingularityRobust()]
 
 
 @pytest.mark.parametrize("law", LAWS, ids=repr)

@@ -145,7 +145,8 @@ def test_at_and_near_a_singularity_it_is_finite_and_at_most_max_rate(q):
     out = ctl.step(q, np.zeros(6))
     assert np.all(np.isfinite(out.rates))
     assert np.linalg.norm(out.rates) <= 0.1 * np.sqrt(11)
-    np.testing.assert_allclose(out.residual, 0.0, atol=1e-6)
+    # standing still would cost half the reference's square, so that the error costs no more
+    assert 80.0 * 2.0 * np.linalg.norm(out.residual) <= 0.5 * 0.1**2 * 11
 
 
 def near_singular():
@@ -154,13 +155,22 @@ def near_singular():
     return arm, [size * np.cos(np.arange(11.0)) for size in (0.3, 0.1, 0.03, 0.01)]
 
 
-@pytest.mark.parametrize("null", [sr.Manipulability(), np.full(11, 0.2)], ids=["manipulability", "rates"])
-@pytest.mark.parametrize("law", [sr.LeastError(), sr.LeastError(price=8.0), sr.KeepDirection()], ids=repr)
-def test_a_tool_that_stands_still_is_not_moved_by_it_near_a_singularity_either(law, null):
+@pytest.mark.parametrize("null", [sr.Manipulability(max_rate=0.2), np.full(11, 0.2)], ids=["manipulability", "rates"])
+@pytest.mark.parametrize("price", [80.0, 8.0, None])
+def test_near_a_singularity_it_moves_a_tool_at_rest_no_more_than_the_price_allows(price, null):
     arm, poses = near_singular()
+    law = sr.LeastError(price=price)
     for q in poses:
         out = sr.Controller(arm, law=law, null_motion=null, rate_limits=9.0).step(q, np.zeros(6))
-        np.testing.assert_allclose(out.residual, 0.0, atol=1e-9)
+        allowed = 1e-9 if price is None else 0.5 * 0.2**2 * 11 / (9.0 * price)
+        assert np.linalg.norm(out.residual) <= allowed
+
+
+def test_keep_direction_does_not_move_a_tool_at_rest_near_a_singularity():
+    arm, poses = near_singular()
+    for q in poses:
+        ctl = sr.Controller(arm, law=sr.KeepDirection(), null_motion=np.full(11, 0.2), rate_limits=9.0)
+        np.testing.assert_allclose(ctl.step(q, np.zeros(6)).residual, 0.0, atol=1e-9)
 
 
 def test_with_no_freedom_left_there_is_no_null_motion():

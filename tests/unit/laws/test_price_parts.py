@@ -55,8 +55,12 @@ CONSISTENT = {  # ten times J of two or three joints, the rates that do the twis
 }
 
 
-@pytest.mark.xfail(reason="the search ends away from the optimum after some 120 factorisations")
-@pytest.mark.parametrize("name", CONSISTENT)
+ENDS_NEARBY = pytest.mark.xfail(reason="the search ends near the optimum, with ITERATION_LIMIT")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=ENDS_NEARBY if name == "a third too much" else ()) for name in CONSISTENT]
+)
 def test_fewer_joints_than_rows_that_do_the_twist_exactly_settle(name):
     rows, rates, price = CONSISTENT[name]
     j, n = np.array(rows) / 10.0, len(rates)

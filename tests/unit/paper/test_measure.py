@@ -28,9 +28,9 @@ def straight_run(places, rates=None, attitude=None, **arrays):
         "residual": np.zeros((ticks, 6)),
         "lower": np.full((ticks, 1), -1.0),
         "upper": np.full((ticks, 1), 1.0),
-        "health": np.zeros((ticks, 1)),
-        "active": np.zeros((ticks, 1)),
-        "status": np.zeros(ticks),
+        "health": np.zeros((ticks, 1), np.int8),
+        "active": np.zeros((ticks, 1), np.int8),
+        "status": np.zeros(ticks, np.int32),
         **{name: np.zeros(ticks) for name in ("task_error", "damping", "scale")},
         **arrays,
     }

@@ -43,12 +43,12 @@ def without_elbow():
 
 SCENARIOS = {
     "an elbow is locked": without_elbow,
-    "the goal is out of reach": lambda: planar(line(2.0, 0.0, 4.0)),
+    "the goal is out of reach": lambda: planar(sr.Twist([0.5, 0, 0, 0, 0, 0], duration=4.0)),
     "drives get weak": lambda: planar(
         line(-0.6, 0.8, 2.0), faults=[sr.Fault(joint, at=0.5, kind=sr.Derated(0.2)) for joint in range(3)]
     ),
     "position limits are in the way": lambda: planar(
-        [line(-0.6, 1.5, 3.0), rest(1.0)], position_limits=[(-3, 0.6), (-3, 1.2), (-3, 3)]
+        [line(-1.6, 1.2, 3.0), rest(1.0)], position_limits=[(-3, 0.6), (-3, 1.2), (-3, 3)]
     ),
     "a joint runs away": lambda: planar(
         rest(3.0), faults=[sr.Fault(0, at=0.5, kind=sr.Runaway(0.4)), sr.Fault(1, at=0.8)]
@@ -232,7 +232,7 @@ def test_a_tool_that_arrives_or_was_interrupted_needs_no_reason():
     assert summary(scenario, run).why is None
     arrays = {name: getattr(run, name)[:40] for name in ("pose", "target", "time", "q", "rates", "command", "residual")}
     arrays |= {name: getattr(run, name)[:40] for name in ("task_error", "damping", "scale", "status", "lower", "upper")}
-    arrays |= {name: getattr(run, name)[:40] for name in ("health", "active")}
+    arrays |= {name: getattr(run, name)[:40] for name in ("health", "active", "path_time")}
     assert summary(scenario, replace(run, **arrays)).why is None
 
 
