@@ -80,7 +80,7 @@ def solve_batch(
     """The best joint rates of N independent rows; each is what ``law.solve`` gives for it alone, to the last bit.
 
     Float64 arrays in C order are used where they are; others are converted. Memory beyond the answers does not grow
-    with N. Rows that are no question (a NaN, bounds that leave no rate) get INVALID_INPUT and stop no other row.
+    with N. Bad rows (a NaN, bounds that leave no rate) get INVALID_INPUT and do not stop the others.
 
     Args:
         arm: the arm; None where ``jacobians`` come from elsewhere.

@@ -74,7 +74,7 @@ def rollout_batch(
 
     The arm's position and acceleration limits narrow the bounds as a Controller's do. A fault with an onset is a
     rollout up to it, and another from ``final_q`` and ``final_rates`` with the bounds after it. Answers do not depend
-    on threads. Rows that are no question (a NaN, bounds that leave no rate) get INVALID_INPUT and stop no other row.
+    on threads. Bad rows (a NaN, bounds that leave no rate) get INVALID_INPUT and do not stop the others.
 
     Args:
         arm: the arm.
