@@ -54,7 +54,7 @@ def runs(
     law: sr.Law, arm: sr.Arm, q: np.ndarray, twist: np.ndarray, *, cold: bool
 ) -> Iterator[Callable[[], list[float]]]:
     """For each path a function that goes along it and returns what a tick took [µs], piece by piece."""
-    ctl, rates = sr.Controller(arm, law=law, rate_limits=LIMIT), np.zeros(arm.n)
+    ctl, rates = sr.Controller(arm, law=law, velocity_limits=LIMIT), np.zeros(arm.n)
     for path, direction in zip(q, twist, strict=True):
         ticks = [ctl.bind(q=row, twist=direction, rates=rates) for row in path]
         yield (lambda ticks=ticks: first_ticks(ctl, ticks)) if cold else (lambda ticks=ticks: warm_ticks(ticks, arm.n))

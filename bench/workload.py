@@ -50,7 +50,7 @@ def workload(part: float, seed: int = 1) -> Workload:
 
 def controller(law: sr.Law) -> sr.Controller:
     """A controller with the failed joints, past its transition."""
-    ctl = sr.Controller(arm(), law=law, rate_limits=LIMIT)
+    ctl = sr.Controller(arm(), law=law, velocity_limits=LIMIT)
     for joint in FAILED:
         ctl.fail(joint)
     ctl.reset()

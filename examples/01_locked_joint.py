@@ -9,7 +9,7 @@ start = np.deg2rad([45, -60, 0, -45, 0, 45, 90, 45, 0, 0, 0])
 scenario = sr.Scenario(
     arm=arm,
     start=start,
-    motion=[sr.Twist([-0.14, -0.06, 0.04, 0, 0, 0], duration=10.0)],  # [m/s, rad/s]
+    motion=[sr.ConstantTwist([-0.14, -0.06, 0.04, 0, 0, 0], duration=10.0)],  # [m/s, rad/s]
     faults=[sr.Fault("j1", at=3.0), sr.Fault("j6", at=5.0), sr.Fault("j7", at=5.0, until=8.0)],
     loop="closed",  # feedback on the pose
     period=0.01,

@@ -16,7 +16,7 @@ class Bound:
 
     def __init__(self, robot: Robot) -> None:
         self.arm, self.working = sr.arms.nasa_modular(), robot.working
-        self.controller = sr.Controller(self.arm, law=self.law, rate_limits=robot.limit)
+        self.controller = sr.Controller(self.arm, law=self.law, velocity_limits=robot.limit)
         for joint in robot.locked:
             self.controller.fail(int(joint))
         self.controller.reset()

@@ -56,7 +56,7 @@ def loop(each: Machine, law: sr.Law | None, step: Step, seed: int) -> Record:
     pace, shift = 2.0 * np.pi / random.uniform(5.0, 12.0, 6), random.uniform(-np.pi, np.pi, 6)
     size, turn = random.uniform(0.03, 0.12, 3), random.uniform(-0.3, 0.3, 3)
     path = Path(each.arm.forward(q), size, turn, pace, shift)
-    ctl = sr.Controller(each.arm, law=law, period=PERIOD, rate_limits=each.limits)
+    ctl = sr.Controller(each.arm, law=law, period=PERIOD, velocity_limits=each.limits)
     return follow(ctl, q, path, ticks, PERIOD, events=faults(random, each.arm.n), step=step)
 
 
@@ -76,7 +76,7 @@ def accelerating(each: Machine) -> Part:
     for period in (0.001, 0.002, 0.01):
         tools = []
         for limit in (np.inf, ACCELERATION):
-            ctl = sr.Controller(each.arm, period=period, rate_limits=each.limits, acceleration_limits=limit)
+            ctl = sr.Controller(each.arm, period=period, velocity_limits=each.limits, acceleration_limits=limit)
             path = circle(each.arm.forward(PANDA_START))
             tools.append(follow(ctl, PANDA_START, path, round(8.0 / period), period))
         apart = 1e3 * np.linalg.norm(tools[0].tool - tools[1].tool, axis=1)
@@ -92,7 +92,7 @@ def giving_way(each: Machine) -> Part:
     rows, claims, period = [], [], 0.02
     for locked in ((ELBOW,), (ELBOW, ELBOW - 1)):
         for name, law in LAWS.items():
-            ctl = sr.Controller(each.arm, law=law, period=period, rate_limits=each.limits)
+            ctl = sr.Controller(each.arm, law=law, period=period, velocity_limits=each.limits)
             events: Events = {100: [partial(sr.Controller.fail, joint=joint) for joint in locked]}
             record = follow(ctl, PANDA_START, circle(each.arm.forward(PANDA_START)), 400, period, events=events)
             off, turned = 1e3 * record.off[50:], np.degrees(record.turned[50:])
@@ -115,7 +115,7 @@ def stretched(n: int = 30, short: float = 0.7, seconds: float = 20.0) -> Part:
     path = Path(end, np.zeros(3), np.zeros(3), np.zeros(6), np.zeros(6))
     q = np.random.default_rng(2).uniform(-0.3, 0.3, n)
     for name, law in {"80, the default": sr.LeastError(), "None, the bare optimum": BARE}.items():
-        ctl = sr.Controller(arm, law=law, period=period, rate_limits=RATE)
+        ctl = sr.Controller(arm, law=law, period=period, velocity_limits=RATE)
         record = follow(ctl, q, path, round(seconds / period), period)
         near = np.flatnonzero(record.off <= short + 0.01)
         first = f"{period * near[0]:.2f}" if near.size else "never"

@@ -7,38 +7,27 @@ joint rates, every control tick, and it always answers.
 from __future__ import annotations
 
 import importlib
-import sys
-import types
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from stillreach import errors, insight, null_motions
     from stillreach._core import Solution
     from stillreach.arm import Arm, DHRow, Follower, Joint
     from stillreach.arm import catalogue as arms
     from stillreach.batch import BatchSolution, solve_batch
     from stillreach.bounds import Bounds
-    from stillreach.control import Centring, Controller, Gradient, Manipulability, NullMotion, Posture, Rates
-    from stillreach.errors import (
-        InputError,
-        MissingExtraError,
-        Mistake,
-        RobotFileError,
-        ScenarioFileError,
-        SimulationInterrupted,
-        StillreachError,
-        UnknownJointError,
-    )
+    from stillreach.control import Controller
+    from stillreach.errors import InputError, StillreachError
     from stillreach.faults import Derated, Fault, Locked, Runaway
-    from stillreach.insight import Check
     from stillreach.laws import KeepDirection, Law, LeastError, Pseudoinverse, SingularityRobust
     from stillreach.rollouts import BatchRollout, rollout_batch
-    from stillreach.simulate import (  # type: ignore[no-redef]
+    from stillreach.simulation import (
         Circle,
+        ConstantTwist,
         Line,
         PoseTable,
         Run,
         Scenario,
-        Twist,
         Waypoints,
         scenario_names,
         scenario_schema,
@@ -53,28 +42,18 @@ _HOMES = {
     "arm": ("Arm", "DHRow", "Follower", "Joint"),
     "batch": ("BatchSolution", "solve_batch"),
     "bounds": ("Bounds",),
-    "control": ("Centring", "Controller", "Gradient", "Manipulability", "NullMotion", "Posture", "Rates"),
-    "errors": (
-        "InputError",
-        "MissingExtraError",
-        "Mistake",
-        "RobotFileError",
-        "ScenarioFileError",
-        "SimulationInterrupted",
-        "StillreachError",
-        "UnknownJointError",
-    ),
+    "control": ("Controller",),
+    "errors": ("InputError", "StillreachError"),
     "faults": ("Derated", "Fault", "Locked", "Runaway"),
-    "insight": ("Check",),
     "laws": ("KeepDirection", "Law", "LeastError", "Pseudoinverse", "SingularityRobust"),
     "rollouts": ("BatchRollout", "rollout_batch"),
-    "simulate": (
+    "simulation": (
         "Circle",
         "Line",
         "PoseTable",
         "Run",
         "Scenario",
-        "Twist",
+        "ConstantTwist",
         "Waypoints",
         "scenario_names",
         "scenario_schema",
@@ -84,21 +63,25 @@ _HOMES = {
     "task": ("Task", "Weights"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+_MODULES = {
+    "arms": "arm.catalogue",
+    "errors": "errors",
+    "insight": "insight",
+    "null_motions": "null_motions",
+}
 
 __all__ = [
     "Arm",
     "BatchRollout",
     "BatchSolution",
     "Bounds",
-    "Centring",
-    "Check",
     "Circle",
+    "ConstantTwist",
     "Controller",
     "DHRow",
     "Derated",
     "Fault",
     "Follower",
-    "Gradient",
     "Health",
     "InputError",
     "Joint",
@@ -107,31 +90,23 @@ __all__ = [
     "LeastError",
     "Line",
     "Locked",
-    "Manipulability",
-    "MissingExtraError",
-    "Mistake",
-    "NullMotion",
     "PoseTable",
-    "Posture",
     "Pseudoinverse",
-    "Rates",
     "Reason",
-    "RobotFileError",
     "Run",
     "Runaway",
     "Scenario",
-    "ScenarioFileError",
-    "SimulationInterrupted",
     "SingularityRobust",
     "Solution",
     "Status",
     "StillreachError",
     "Task",
-    "Twist",
-    "UnknownJointError",
     "Waypoints",
     "Weights",
     "arms",
+    "errors",
+    "insight",
+    "null_motions",
     "rollout_batch",
     "scenario_names",
     "scenario_schema",
@@ -141,8 +116,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name == "arms":
-        value: Any = importlib.import_module("stillreach.arm.catalogue")
+    if name in _MODULES:
+        value: Any = importlib.import_module(f"stillreach.{_MODULES[name]}")
     elif name in _HOME_OF:
         value = getattr(importlib.import_module(f"stillreach.{_HOME_OF[name]}"), name)
     elif name == "__version__":
@@ -153,16 +128,5 @@ def __getattr__(name: str) -> Any:
     return value
 
 
-class _Package(types.ModuleType):
-    """``sr.simulate`` is the function: importing the subpackage of that name must not hide it."""
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if not (name == "simulate" and isinstance(value, types.ModuleType)):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package
-
-
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, "__version__"})
+    return sorted({*(name for name in globals() if name.startswith("__")), *__all__, "__version__"})

@@ -43,7 +43,7 @@ class Attack:
             law=law,
             task=self.task,
             period=self.period,
-            rate_limits=self.rate,
+            velocity_limits=self.rate,
             position_limits=self.position,
             acceleration_limits=self.acceleration,
         )

@@ -207,7 +207,7 @@ def ticks(arm, law, rows, last, *, task=None, period=0.01):
         limits = np.stack([rows.lower[i], rows.upper[i]], axis=1)
         stuck = rows.lower[i] == rows.upper[i]
         limits[stuck] = (-1.0, 1.0)
-        controller = sr.Controller(arm, law=law, task=task, period=period, rate_limits=limits)
+        controller = sr.Controller(arm, law=law, task=task, period=period, velocity_limits=limits)
         for joint in np.flatnonzero(stuck):
             rate = rows.lower[i, joint]
             controller.fail(int(joint), sr.Runaway(rate) if rate else sr.Locked())

@@ -203,7 +203,7 @@ def test_what_a_rate_is_worth(name):
     """An unreachable twist has the multiplier at its price: 80 b."""
     make, exact, printed = TYPICAL[name]
     arm = make()
-    limits = {"rate_limits": np.deg2rad(50.0)} if name == "paper" else {}
+    limits = {"velocity_limits": np.deg2rad(50.0)} if name == "paper" else {}
     b = worth(arm, **limits)
     assert b == pytest.approx(exact, rel=2e-3)
     assert float(f"{b:.3g}") == printed
@@ -221,13 +221,13 @@ def worth(arm, prepare=lambda ctl: None, q=None, **settings):
 def test_b_is_the_second_largest_limit_of_the_working_joints():
     arm = sr.arms.nasa_modular()
     limits = np.array([1.0, 0.2, 3.0, 0.3, 0.4, 0.5, 2.0, 0.1, 0.6, 0.7, 0.8])
-    assert worth(arm, rate_limits=limits) == pytest.approx(2.0)
+    assert worth(arm, velocity_limits=limits) == pytest.approx(2.0)
     limits[4] = 1e4
-    assert worth(arm, rate_limits=limits) == pytest.approx(3.0)
+    assert worth(arm, velocity_limits=limits) == pytest.approx(3.0)
     limits[4] = 0.4
-    assert worth(arm, lambda ctl: ctl.fail("j7"), rate_limits=limits) == pytest.approx(1.0)
-    assert worth(arm, lambda ctl: ctl.fail("j3", sr.Derated(0.5)), rate_limits=limits) == pytest.approx(1.5)
-    assert worth(arm, lambda ctl: ctl.fail("j3", sr.Runaway(0.5)), rate_limits=limits) == pytest.approx(1.0)
+    assert worth(arm, lambda ctl: ctl.fail("j7"), velocity_limits=limits) == pytest.approx(1.0)
+    assert worth(arm, lambda ctl: ctl.fail("j3", sr.Derated(0.5)), velocity_limits=limits) == pytest.approx(1.5)
+    assert worth(arm, lambda ctl: ctl.fail("j3", sr.Runaway(0.5)), velocity_limits=limits) == pytest.approx(1.0)
 
     def all_but_two(ctl, last="j2"):
         for joint in set(arm.joint_names) - {"j8", last}:
@@ -237,15 +237,15 @@ def test_b_is_the_second_largest_limit_of_the_working_joints():
         all_but_two(ctl)
         ctl.fail("j2")
 
-    assert worth(arm, all_but_two, rate_limits=limits) == pytest.approx(0.1)
-    assert worth(arm, all_but_one, rate_limits=limits) == pytest.approx(0.1)
+    assert worth(arm, all_but_two, velocity_limits=limits) == pytest.approx(0.1)
+    assert worth(arm, all_but_one, velocity_limits=limits) == pytest.approx(0.1)
     limits[[2, 6]] = np.inf
-    assert worth(arm, rate_limits=limits) == pytest.approx(2.0)
+    assert worth(arm, velocity_limits=limits) == pytest.approx(2.0)
 
 
 def test_the_windows_of_a_tick_do_not_say_what_a_rate_is_worth():
     arm = sr.arms.nasa_modular()
-    settings = {"rate_limits": 0.8, "period": 0.002}
+    settings = {"velocity_limits": 0.8, "period": 0.002}
     assert worth(arm, acceleration_limits=10.0, **settings) == pytest.approx(0.8)
     assert worth(arm, position_limits=(-0.1 - 1e-5, 0.1 + 1e-5), **settings) == pytest.approx(0.8)
 
@@ -253,10 +253,10 @@ def test_the_windows_of_a_tick_do_not_say_what_a_rate_is_worth():
 def test_one_generous_joint_does_not_switch_the_damping_off():
     arm, twist, q = sr.arms.nasa_modular(), np.array([3.0, 1.0, 2.0, 0.5, -1.0, 2.0]), np.linspace(-1.0, 1.0, 11)
     limits = np.full(11, np.deg2rad(50.0))
-    usual = sr.Controller(arm, rate_limits=limits).step(q, twist)
+    usual = sr.Controller(arm, velocity_limits=limits).step(q, twist)
     still = int(np.flatnonzero(np.abs(usual.rates) < 0.9 * limits)[0])
     limits[still] = 1e4
-    generous = sr.Controller(arm, rate_limits=limits).step(q, twist)
+    generous = sr.Controller(arm, velocity_limits=limits).step(q, twist)
     np.testing.assert_allclose(generous.rates, usual.rates, atol=1e-12)
     assert generous.damping == pytest.approx(usual.damping, rel=1e-9)
     assert usual.damping > 0.0
@@ -268,7 +268,7 @@ def test_an_arm_with_one_working_joint_moves(make):
     arm = make()
     q = np.linspace(-0.5, 0.7, arm.n)
     for working in range(arm.n):
-        ctl = sr.Controller(arm, transition_rate=0.0, rate_limits=0.5, position_limits=(-np.inf, np.inf))
+        ctl = sr.Controller(arm, transition_rate=0.0, velocity_limits=0.5, position_limits=(-np.inf, np.inf))
         for joint in set(range(arm.n)) - {working}:
             ctl.fail(joint)
         column = arm.jacobian(q)[:, working]

@@ -48,7 +48,7 @@ def test_what_the_straight_arm_lost_is_told(law, failed):
 def test_beside_a_singularity_no_joint_runs_for_nothing(failed, angle, capsys):
     largest, along = {}, {}
     for name, law in {"priced": sr.LeastError(), "bare": sr.LeastError(price=None)}.items():
-        controller = sr.Controller(ARM, law=law, rate_limits=LIMIT)
+        controller = sr.Controller(ARM, law=law, velocity_limits=LIMIT)
         for joint in failed:
             controller.fail(joint)
         answer = controller.step(angle * SIGNS, INWARD)
@@ -66,7 +66,7 @@ def test_the_free_run_of_example_2_is_worth_its_rates():
     """With all joints free it is done exactly: the price is never reached, and the answer is the bare optimum's."""
     scenario = examples.scenarios()[examples.EXAMPLE_2_FREE]
     runs = [
-        sr.simulate(replace(scenario, law=sr.LeastError(price=price), rate_limits=LIMIT), progress=False)
+        sr.simulate(replace(scenario, law=sr.LeastError(price=price), velocity_limits=LIMIT), progress=False)
         for price in (80.0, None)
     ]
     assert np.max(np.abs(runs[0].rates)) > 0.01

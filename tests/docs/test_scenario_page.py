@@ -31,7 +31,7 @@ def test_the_other_file_loads_or_says_which_package_it_lacks(tmp_path: Path) -> 
     assert len(FILES) == 2
     try:
         assert loaded(FILES[1], tmp_path).arm.n == 7
-    except sr.ScenarioFileError as error:
+    except sr.errors.ScenarioFileError as error:
         lacking = str(error)
     else:
         return

@@ -44,8 +44,8 @@ KEYS = (
 WORDS = (
     *(
         "m",
-        "inch",
-        "degree",
+        "in",
+        "deg",
         "rad",
         "locked",
         "derated",

@@ -60,7 +60,7 @@ def test_rates_stay_inside_the_limit_and_failed_joints_stand_still(reproduction,
     run = sr.Run.load(reproduction.folder / f"{name}.nc")
     if name == "example-2-failed-pseudoinverse":
         assert np.all(np.isinf(run.upper[run.health == 0]))
-        assert "no rate limit" in run.attrs["rate_limits"]
+        assert "no rate limit" in run.attrs["velocity_limits"]
         assert "without rate limit" in run.attrs["title"]
     else:
         assert np.max(np.abs(run.rates)) <= np.deg2rad(50.0)
@@ -82,7 +82,7 @@ def test_each_run_is_the_paper_s_twenty_seconds_in_steps_of_a_twentieth(reproduc
 def test_the_free_run_of_example_2_costs_less_than_the_default_price():
     """Its smallest singular value is 0.41, and its rates are a tenth of their limits."""
     scenario = examples.scenarios()[examples.EXAMPLE_2_FREE]
-    settings = {**vars(scenario), "task": sr.Task(), "rate_limits": np.deg2rad(50.0)}
+    settings = {**vars(scenario), "task": sr.Task(), "velocity_limits": np.deg2rad(50.0)}
     rates = [
         sr.simulate(sr.Scenario(**{**settings, "law": law})).rates
         for law in (sr.LeastError(), sr.LeastError(price=None), sr.Pseudoinverse())

@@ -57,7 +57,7 @@ def test_sign_changes_count_joints_that_turn_round_within_a_tick_at_speed():
 
 def test_the_box_qp_is_damped_least_squares_in_the_bounds():
     arm, random = sr.arms.nasa_modular(), np.random.default_rng(3)
-    ctl = sr.Controller(arm, rate_limits=0.4)
+    ctl = sr.Controller(arm, velocity_limits=0.4)
     ctl.fail("j3", sr.Runaway(0.2))
     ctl.fail("j5")
     free = np.setdiff1d(np.arange(11), [2, 4])
@@ -71,7 +71,7 @@ def test_the_box_qp_is_damped_least_squares_in_the_bounds():
 
 
 def test_a_loop_follows_its_path():
-    ctl = sr.Controller(PAPER.arm, period=0.01, rate_limits=RATE)
+    ctl = sr.Controller(PAPER.arm, period=0.01, velocity_limits=RATE)
     q = np.linspace(-0.8, 0.9, 11)
     record = follow(ctl, q, circle(PAPER.arm.forward(q)), 100, 0.01)
     assert np.max(record.off) < 1e-3

@@ -57,19 +57,23 @@ def test_a_controller_reads_joint_values_by_name(form):
 @EVERY_FORM
 def test_settings_read_joint_values_by_name(form):
     given = form(BY_NAME)
-    for null_motion, by_place in ((sr.Posture(q=given), sr.Posture(q=Q)), (given, Q), (sr.Rates(rates=given), Q)):
+    for null_motion, by_place in (
+        (sr.null_motions.Posture(q=given), sr.null_motions.Posture(q=Q)),
+        (given, Q),
+        (sr.null_motions.Rates(rates=given), Q),
+    ):
         a, b = (sr.Controller(arm(), null_motion=motion) for motion in (null_motion, by_place))
         np.testing.assert_array_equal(a.step(np.zeros(4), TWIST).rates, b.step(np.zeros(4), TWIST).rates)
-    scenario = sr.Scenario(arm=arm(), start=given, motion=sr.Twist(TWIST, duration=0.1))
+    scenario = sr.Scenario(arm=arm(), start=given, motion=sr.ConstantTwist(TWIST, duration=0.1))
     np.testing.assert_array_equal(scenario.start, Q)
     limits = form({name: abs(value) for name, value in BY_NAME.items()})
-    np.testing.assert_array_equal(sr.Controller(arm(), rate_limits=limits).velocity_limits[:, 1], abs(Q))
+    np.testing.assert_array_equal(sr.Controller(arm(), velocity_limits=limits).velocity_limits[:, 1], abs(Q))
     np.testing.assert_array_equal(sr.Controller(arm(), acceleration_limits=limits).acceleration_limits, abs(Q))
 
 
 def test_a_gradient_may_answer_by_name():
     a, b = (
-        sr.Controller(arm(), null_motion=sr.Gradient(gradient=lambda q, made=made: made))
+        sr.Controller(arm(), null_motion=sr.null_motions.Gradient(gradient=lambda q, made=made: made))
         for made in (pd.Series(BY_NAME), Q)
     )
     np.testing.assert_array_equal(a.step(Q, TWIST).rates, b.step(Q, TWIST).rates)
@@ -109,7 +113,7 @@ def test_twists_are_read_by_the_names_of_their_rows():
     a, b = (sr.Controller(arm()) for _ in range(2))
     for given in (by_name, pd.Series(by_name)):
         np.testing.assert_array_equal(a.step(Q, given).rates, b.step(Q, TWIST).rates)
-        np.testing.assert_array_equal(sr.Twist(given).twist, TWIST)
+        np.testing.assert_array_equal(sr.ConstantTwist(given).twist, TWIST)
     refused(lambda: a.step(Q, {**by_name, "vz": np.nan}), "twist", "nan")
     refused(lambda: a.step(Q, {"vx": 1.0}), "twist", "vy")
 
@@ -146,7 +150,7 @@ def test_labels_that_are_not_the_joints_are_refused_and_named(kind):
         (lambda: arm().forward(given), "q"),
         (lambda: ctl.step(given, TWIST), "q"),
         (lambda: ctl.track(given, np.eye(4)), "q"),
-        (lambda: sr.Scenario(arm=arm(), start=given, motion=sr.Twist(TWIST, duration=0.1)), "start"),
+        (lambda: sr.Scenario(arm=arm(), start=given, motion=sr.ConstantTwist(TWIST, duration=0.1)), "start"),
     ):
         refused(call, argument, word)
     assert not ctl.last_rates.any()

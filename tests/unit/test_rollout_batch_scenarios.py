@@ -48,7 +48,7 @@ def test_controllers_go_there(arm, law):
         arm, law, q, twist, bounds_of(faults), period=PERIOD, steps=STEPS, record=("q", "rates", "task_error", "status")
     )
     for row, (joint, kind) in enumerate(faults):
-        controller = sr.Controller(arm, law=law, period=PERIOD, rate_limits=RATE, transition_rate=0.0)
+        controller = sr.Controller(arm, law=law, period=PERIOD, velocity_limits=RATE, transition_rate=0.0)
         if kind is not None:
             controller.fail(int(joint), kind)
         at = q[row].copy()
@@ -83,12 +83,12 @@ def test_simulations_go_there(arm, law, integrator):
             sr.Scenario(
                 arm=arm,
                 start=q[row],
-                motion=[sr.Twist(twist[row], duration=PERIOD * STEPS)],
+                motion=[sr.ConstantTwist(twist[row], duration=PERIOD * STEPS)],
                 faults=[sr.Fault(f"j{joints[row] + 1}", at=0.0)],
                 law=law,
                 period=PERIOD,
                 integrator=integrator,
-                rate_limits=RATE,
+                velocity_limits=RATE,
                 transition_rate=0.0,
             )
         )
@@ -116,7 +116,7 @@ def test_a_fault_on_the_way_is_two_rollouts():
         **given,
     )
     for row in range(ROWS):
-        parts = [sr.Twist(twists[row, k], duration=PERIOD * STEPS / 2) for k in (0, -1)]
+        parts = [sr.ConstantTwist(twists[row, k], duration=PERIOD * STEPS / 2) for k in (0, -1)]
         run = sr.simulate(
             sr.Scenario(
                 arm=LIMITED,
@@ -125,7 +125,7 @@ def test_a_fault_on_the_way_is_two_rollouts():
                 faults=[sr.Fault(f"j{joints[row] + 1}", at=PERIOD * onset)],
                 law=law,
                 period=PERIOD,
-                rate_limits=RATE,
+                velocity_limits=RATE,
                 transition_rate=0.0,
             )
         )

@@ -35,15 +35,15 @@ def limited(
     n = len(joints)
     changes: list[dict[str, Any]] = [{} for _ in joints]
     if velocity is not None:
-        _set(changes, "velocity_limit", rate_limits("velocity", velocity, n))
+        _set(changes, "velocity_limit", symmetric_limits("velocity", velocity, n))
     if acceleration is not None:
-        _set(changes, "acceleration_limit", rate_limits("acceleration", acceleration, n))
+        _set(changes, "acceleration_limit", symmetric_limits("acceleration", acceleration, n))
     if position is not None:
         _set(changes, "position_limits", _pairs("position", position, n))
     return tuple(replace(joint, **change) for joint, change in zip(joints, changes, strict=True))
 
 
-def rate_limits(name: str, value: npt.ArrayLike, n: int) -> FloatArray:
+def symmetric_limits(name: str, value: npt.ArrayLike, n: int) -> FloatArray:
     """Limits (n,) that hold in both directions, from n numbers or one for all: at least 0, inf for none."""
     return _door.vector(name, value, n, allow_inf=True, minimum=0.0)
 
@@ -52,7 +52,7 @@ def driven(joints: list[Joint], velocity_limits: npt.ArrayLike | None) -> Iterab
     """The joints with a builder's ``velocity_limits``; None leaves them without."""
     if velocity_limits is None:
         return joints
-    return limited(joints, velocity=rate_limits("velocity_limits", velocity_limits, len(joints)))
+    return limited(joints, velocity=symmetric_limits("velocity_limits", velocity_limits, len(joints)))
 
 
 def _pairs(name: str, value: npt.ArrayLike, n: int) -> FloatArray:

@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stillreach._text import printable
+from stillreach._units import ANGLES, LENGTHS, quantity
 from stillreach.cli._joints import joint_index
-from stillreach.cli._units import ANGLES, LENGTHS, quantity
 from stillreach.errors import InputError
 
 if TYPE_CHECKING:
     from stillreach.arm import Arm
     from stillreach.faults import Fault, FaultKind
-    from stillreach.simulate import Scenario
+    from stillreach.simulation import Scenario
 
 EXPECTED = "JOINT, JOINT@SECONDS or JOINT@SECONDS:KIND with a kind of locked, derated=FRACTION or runaway=RATE"
 
@@ -32,7 +32,7 @@ def changed(name: str, *, law: str | None = None, fail: list[str], healthy: bool
         InputError: an option, the file or the name is not what it should be.
     """
     from stillreach.cli._laws import parse_law
-    from stillreach.simulate import Scenario
+    from stillreach.simulation import Scenario
 
     scenario = Scenario.load(name)
     faults = () if healthy else tuple(scenario.faults)

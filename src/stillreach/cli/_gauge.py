@@ -24,9 +24,9 @@ def gauge(rows: str, frame: str, least: str | None) -> Gauge:
     Raises:
         InputError: an option is invalid.
     """
+    from stillreach._units import tolerances
     from stillreach.arm.dexterity import LEAST_SPEED, LEAST_TURN
     from stillreach.cli._locks import Gauge
-    from stillreach.cli._units import tolerances
 
     speed, turn = tolerances("--lost-below", least, per_second=True)
     if speed == 0.0 or turn == 0.0:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from stillreach.cli._units import ANGLES, LENGTHS, quantity
+from stillreach._units import ANGLES, LENGTHS, quantity
 from stillreach.errors import InputError, listing, nearest
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ RECORDS = (".nc", ".npz")
 """Suffixes of records; the second needs no extra."""
 
 if TYPE_CHECKING:
-    from stillreach.simulate import Run
+    from stillreach.simulation import Run
 
 
 def folder_for(out: Path | None, scenario: str) -> Path:

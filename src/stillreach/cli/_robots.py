@@ -144,7 +144,7 @@ def _file(robot: str) -> Path:
     """Where the file is; what reads ``package:`` takes its time to import."""
     if not robot.startswith("package:"):
         return Path(robot)
-    from stillreach.simulate.scenario_file.packages import file_at
+    from stillreach.simulation.scenario_file.packages import file_at
 
     return file_at(robot, Path())
 

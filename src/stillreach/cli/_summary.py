@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from stillreach.simulate import Run, Scenario
-    from stillreach.simulate.summary import Summary
+    from stillreach.simulation import Run, Scenario
+    from stillreach.simulation.summary import Summary
 
 FLAGS = {
     "OK": "no limit active",
@@ -30,7 +30,7 @@ TOO_FAST = "but drives cannot follow rates above their limits"
 
 def facts(scenario: Scenario, run: Run, found: Summary) -> dict[str, Any]:
     """What --json prints of a run; docs/command-line.md explains the keys."""
-    from stillreach.simulate.data import fault_data, law_data, task_data
+    from stillreach.simulation.data import fault_data, law_data, task_data
 
     longest = found.longest
     return {
@@ -187,7 +187,7 @@ def _held(found: Summary) -> str:
 
 
 def _lost(scenario: Scenario, found: Summary) -> str:
-    from stillreach.simulate.ability import in_words
+    from stillreach.simulation.ability import in_words
 
     if not len(found.lost):
         weakest = f"{found.singular_values[-1]:.3g}" if len(found.singular_values) else "0"

@@ -16,8 +16,8 @@ from stillreach.cli._laws import LAWS
 
 if TYPE_CHECKING:
     from stillreach.laws import Law
-    from stillreach.simulate import Run, Scenario
-    from stillreach.simulate.summary import Summary
+    from stillreach.simulation import Run, Scenario
+    from stillreach.simulation.summary import Summary
 
     Result = tuple[Scenario, Run, Summary]
 
@@ -54,12 +54,12 @@ def compare(
     Writes a record for each law, compare.png and compare.json in place of those of an earlier comparison. Exits with 0
     when all laws were run, whether or not the tool arrives under them. Ctrl-C keeps what was computed.
     """
+    from stillreach._units import tolerances
     from stillreach.cli._exit import CTRL_C
     from stillreach.cli._faults import changed
     from stillreach.cli._laws import parse_laws
     from stillreach.cli._records import folder_for, picture, remove_older, write_record, write_summary
     from stillreach.cli._terminal import console, print_json
-    from stillreach.cli._units import tolerances
 
     allowed = tolerances("--within", within)
     chosen = changed(scenario, fail=fail or [], healthy=healthy)

@@ -12,8 +12,8 @@ from stillreach.cli._complete import complete_law, complete_scenario
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stillreach.simulate import Run, Scenario
-    from stillreach.simulate.summary import Summary
+    from stillreach.simulation import Run, Scenario
+    from stillreach.simulation.summary import Summary
 
 PICTURE = "run.png"
 
@@ -57,12 +57,12 @@ def run(
     run. Exits with 0 when the tool ends
     at its goal, with 1 when it does not. Ctrl-C keeps what was computed.
     """
+    from stillreach._units import tolerances
     from stillreach.cli._exit import CTRL_C, NOT_FINISHED
     from stillreach.cli._faults import changed
     from stillreach.cli._records import folder_for, picture, remove_older, write_record, write_summary
     from stillreach.cli._summary import facts, print_summary
     from stillreach.cli._terminal import console, print_json
-    from stillreach.cli._units import tolerances
 
     allowed = tolerances("--within", within)
     chosen = changed(scenario, law=law, fail=fail or [], healthy=healthy)
@@ -94,8 +94,8 @@ def simulated(scenario: Scenario, allowed: tuple[float | None, float | None]) ->
     """
     from stillreach.cli._terminal import note
     from stillreach.errors import SimulationInterrupted
-    from stillreach.simulate import simulate
-    from stillreach.simulate.summary import summary
+    from stillreach.simulation import simulate
+    from stillreach.simulation.summary import summary
 
     try:
         record = simulate(scenario)

@@ -13,7 +13,7 @@ def schema(
 ) -> None:
     """Print the JSON schema of scenario files, for editors."""
     from stillreach.cli._terminal import console, print_json
-    from stillreach.simulate import scenario_schema
+    from stillreach.simulation import scenario_schema
 
     if out is None:
         print_json(scenario_schema())

@@ -14,14 +14,14 @@ from stillreach._core import ControllerCore
 from stillreach._door import FloatArray
 from stillreach.arm.model import Arm
 from stillreach.control import limits as of
-from stillreach.control.null_motion import Manipulability, NullMotion, checked_null_motion, null_motion_settings
 from stillreach.errors import InputError
 from stillreach.faults import Derated, FaultKind, Locked, fault_kind
 from stillreach.laws import Law, LeastError
+from stillreach.null_motions import Manipulability, NullMotion, checked_null_motion, null_motion_settings
 from stillreach.status import Health, Status
 from stillreach.task import Task, task_of
 
-CONSTRUCTOR = {"velocity": "rate_limits", "position": "position_limits", "acceleration": "acceleration_limits"}
+CONSTRUCTOR = {"velocity": "velocity_limits", "position": "position_limits", "acceleration": "acceleration_limits"}
 """What the constructor calls each limit."""
 
 
@@ -35,7 +35,7 @@ class Controller(ControllerCore):
         law: what is best; LeastError() where None.
         task: what is asked; the full pose where None.
         period: [s] time between ticks.
-        rate_limits: [rad/s, m/s] one for all, (n,), or (n, 2) lower <= 0 <= upper; None: the arm's.
+        velocity_limits: [rad/s, m/s] one for all, (n,), or (n, 2) lower <= 0 <= upper; None: the arm's.
             0 means 0, inf none.
         position_limits: [rad, m] (n, 2) or one (2,) for all; None: the arm's. Rates towards a limit shrink so that the
             joint can stop at it. A joint outside may not move further out. Limits may also come by joint name.
@@ -77,7 +77,7 @@ class Controller(ControllerCore):
         law: Law | None = None,
         task: Task | None = None,
         period: float = 0.001,
-        rate_limits: npt.ArrayLike | None = None,
+        velocity_limits: npt.ArrayLike | None = None,
         position_limits: npt.ArrayLike | None = None,
         acceleration_limits: npt.ArrayLike | None = None,
         null_motion: NullMotion | npt.ArrayLike | None = None,
@@ -91,7 +91,7 @@ class Controller(ControllerCore):
         metric, model, self._task = task_of(arm, self._law.weights, task, semidefinite=self._law.semidefinite)
         self._task_weight_definite = metric.weightless == 0
         self._limits = of.of_arm(arm).changed(
-            arm, CONSTRUCTOR, velocity=rate_limits, position=position_limits, acceleration=acceleration_limits
+            arm, CONSTRUCTOR, velocity=velocity_limits, position=position_limits, acceleration=acceleration_limits
         )
         self._track_limits = of.track_limits(track_limits)
         self._null_motion = self._checked_null_motion(null_motion)
@@ -215,7 +215,7 @@ class Controller(ControllerCore):
         position limit passes it, and stops behind it.
 
         Args:
-            velocity: [rad/s, m/s] as the constructor's ``rate_limits``.
+            velocity: [rad/s, m/s] as the constructor's ``velocity_limits``.
             position: [rad, m] as ``position_limits``.
             acceleration: [rad/s², m/s²] as ``acceleration_limits``.
 

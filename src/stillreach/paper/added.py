@@ -13,7 +13,7 @@ from stillreach.paper.examples import RATE_LIMIT
 from stillreach.paper.panels import Picture
 from stillreach.show import arm3d, plots
 from stillreach.show.style import PRINT
-from stillreach.simulate import Run
+from stillreach.simulation import Run
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -12,7 +12,7 @@ from stillreach.arm import Arm
 from stillreach.errors import InputError
 from stillreach.paper import examples
 from stillreach.paper.examples import scenarios
-from stillreach.simulate import Run, Scenario, simulate
+from stillreach.simulation import Run, Scenario, simulate
 
 STEP_FACTORS = (4.0, 2.0, 0.5, 0.25)
 """Further steps, as multiples of the one asked for: what a value owes to the step shows in their spread."""

@@ -16,11 +16,11 @@ import numpy.typing as npt
 from stillreach import _door
 from stillreach.arm import Arm
 from stillreach.arm.catalogue import nasa_modular
-from stillreach.control import Manipulability
 from stillreach.errors import InputError
 from stillreach.faults import Fault
 from stillreach.laws import LeastError, Pseudoinverse, SingularityRobust
-from stillreach.simulate import Scenario, Twist
+from stillreach.null_motions import Manipulability
+from stillreach.simulation import ConstantTwist, Scenario
 from stillreach.task import Task, Weights
 
 INCH = 0.0254
@@ -89,7 +89,7 @@ def scenarios(
         EXAMPLE_2_PSEUDOINVERSE: replace(
             broken,
             law=BASELINE,
-            rate_limits=np.inf,
+            velocity_limits=np.inf,
             name="Example 2, joints 2, 4, 7 failed, pseudoinverse without rate limit",
         ),
         EXAMPLE_2_CLOSED_FORM: replace(broken, name="Example 2, joints 2, 4, 7 failed, closed-form damping"),
@@ -100,7 +100,7 @@ def scenarios(
             task=Task(),
             period=step / TICKS_PER_STEP,
             loop="closed",
-            gain=2.0,
+            track_gain=2.0,
             null_motion=Manipulability(gain=0.5, max_rate=10.0),
             name="Example 2, joints 2, 4, 7 failed, stillreach: least error, feedback, null motion on manipulability",
         ),
@@ -120,12 +120,12 @@ def _scenario(arm: Arm, start: Any, command: Sequence[float], step: float, durat
     return Scenario(
         arm=arm,
         start=np.deg2rad(start),
-        motion=Twist(np.concatenate([np.array(command) * INCH, np.zeros(3)])),
+        motion=ConstantTwist(np.concatenate([np.array(command) * INCH, np.zeros(3)])),
         law=CLOSED_FORM,
         task=Task(weights=INCHES_AND_DEGREES),
         period=step,
         duration=duration,
-        rate_limits=np.deg2rad(RATE_LIMIT),
+        velocity_limits=np.deg2rad(RATE_LIMIT),
         transition_rate=0.0,
     )
 

@@ -8,9 +8,9 @@ from stillreach.arm import Arm
 from stillreach.bounds import Bounds
 from stillreach.laws import LeastError
 from stillreach.paper.examples import EXACT, INCH, INCHES_AND_DEGREES, RATE_LIMIT
-from stillreach.simulate import Run
-from stillreach.simulate.attitude import pitch_yaw_roll
-from stillreach.simulate.path import followed
+from stillreach.simulation import Run
+from stillreach.simulation.attitude import pitch_yaw_roll
+from stillreach.simulation.path import followed
 
 
 def tool_start(run: Run) -> np.ndarray:

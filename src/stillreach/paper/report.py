@@ -14,7 +14,7 @@ from stillreach.paper.evidence import Evidence
 from stillreach.paper.notes import EQUATIONS, READING
 from stillreach.paper.panels import Picture
 from stillreach.paper.printed import PRINTED
-from stillreach.simulate import Run
+from stillreach.simulation import Run
 
 TITLE = "# Fault tolerant kinematic control of hyper-redundant manipulators: the paper, reproduced"
 SOURCE = (
@@ -29,7 +29,7 @@ GROUPS = {
 }
 STILLREACH = (
     "The column *stillreach* is the default law of this package, `LeastError()`, in closed loop on the "
-    "commanded line (`gain=2`), with null motion on manipulability, five ticks in each step of the others. "
+    "commanded line (`track_gain=2`), with null motion on manipulability, five ticks in each step of the others. "
     "It leaves the plane, in which the three working pitch joints cannot make the motion, and goes all the way. "
     "Its damping factor is in metres and radians, the others' in inches and degrees."
 )

@@ -14,10 +14,10 @@ from stillreach.show.outcome import LEAST_DEG, LEAST_MM, LINES, aside, ends_off
 from stillreach.show.scene import commanded_path, drawn_ticks, fit
 from stillreach.show.style import styled
 from stillreach.show.words import TITLE_LETTERS, in_picture
-from stillreach.simulate import Run, Scenario
-from stillreach.simulate.commanded import Commanded, commanded, deviation
-from stillreach.simulate.held import rate_shares
-from stillreach.simulate.summary import Summary
+from stillreach.simulation import Run, Scenario
+from stillreach.simulation.commanded import Commanded, commanded, deviation
+from stillreach.simulation.held import rate_shares
+from stillreach.simulation.summary import Summary
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

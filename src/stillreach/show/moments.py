@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from stillreach.faults import Derated, Fault, Runaway
 from stillreach.show.style import HEALTH_COLOURS
 from stillreach.show.words import in_picture
-from stillreach.simulate import Scenario
+from stillreach.simulation import Scenario
 from stillreach.status import Health
 
 if TYPE_CHECKING:

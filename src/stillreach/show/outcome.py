@@ -13,10 +13,10 @@ from stillreach.show.scene import drawn_ticks, scene
 from stillreach.show.style import COLOURS, styled
 from stillreach.show.timeline import timeline, timeline_rows
 from stillreach.show.words import TITLE_LETTERS, in_picture, shown_angle, shown_length
-from stillreach.simulate import Run, Scenario
-from stillreach.simulate.commanded import commanded, deviation
-from stillreach.simulate.held import rate_shares
-from stillreach.simulate.summary import Summary
+from stillreach.simulation import Run, Scenario
+from stillreach.simulation.commanded import commanded, deviation
+from stillreach.simulation.held import rate_shares
+from stillreach.simulation.summary import Summary
 from stillreach.status import Health
 
 if TYPE_CHECKING:

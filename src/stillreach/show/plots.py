@@ -9,8 +9,8 @@ import numpy as np
 
 from stillreach.show.style import SCREEN, Look, matplotlib_or_error, styled, unwrapped_degrees
 from stillreach.show.words import TITLE_LETTERS, in_picture
-from stillreach.simulate.attitude import pitch_yaw_roll
-from stillreach.simulate.run import Run
+from stillreach.simulation.attitude import pitch_yaw_roll
+from stillreach.simulation.run import Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

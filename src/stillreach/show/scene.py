@@ -12,8 +12,8 @@ from stillreach.show import arm3d
 from stillreach.show.moments import moments
 from stillreach.show.style import COLOURS, HEALTH_COLOURS
 from stillreach.show.words import in_picture
-from stillreach.simulate import Run, Scenario
-from stillreach.simulate.commanded import Commanded
+from stillreach.simulation import Run, Scenario
+from stillreach.simulation.commanded import Commanded
 from stillreach.status import Health
 
 DRAWN = 5000

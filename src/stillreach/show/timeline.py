@@ -9,8 +9,8 @@ import numpy as np
 
 from stillreach.show.style import HEALTH_COLOURS
 from stillreach.show.words import in_picture
-from stillreach.simulate import Run
-from stillreach.simulate.held import bound_reasons
+from stillreach.simulation import Run
+from stillreach.simulation.held import bound_reasons
 from stillreach.status import Health, Status
 
 if TYPE_CHECKING:

@@ -184,7 +184,7 @@ def test_a_joint_is_found_by_name_and_by_index():
 @pytest.mark.parametrize("joint", ["j12", "J1", "", -1, 11, 2**70, True, np.True_, 1.0, None, [1], np.array([1])])
 def test_an_unknown_joint_is_answered_with_the_choices(joint):
     arm = sr.arms.nasa_modular()
-    with pytest.raises(sr.UnknownJointError) as caught:
+    with pytest.raises(sr.errors.UnknownJointError) as caught:
         arm.joint_index(joint)
     assert caught.value.choices == arm.joint_names
     assert str(caught.value).endswith("expected one of j1 … j11 or an index from 0 to 10")
@@ -192,7 +192,7 @@ def test_an_unknown_joint_is_answered_with_the_choices(joint):
 
 def test_names_that_do_not_count_up_are_all_listed():
     with pytest.raises(
-        sr.UnknownJointError, match=r"joint: got 'elbow', expected one of lift, j2 or an index from 0 to 1"
+        sr.errors.UnknownJointError, match=r"joint: got 'elbow', expected one of lift, j2 or an index from 0 to 1"
     ):
         slide_and_turn().joint_index("elbow")
 

@@ -29,7 +29,7 @@ def test_many_have_the_bits_of_one(arm):
     arm = ODD_ARMS[arm]()
     q = some(arm, 23)
     poses, jacobians = arm.forward(q), arm.jacobian(q)
-    controller = sr.Controller(arm, rate_limits=1.0)
+    controller = sr.Controller(arm, velocity_limits=1.0)
     for i in range(len(q)):
         answer = controller.step(q[i], np.zeros(6))
         assert np.array_equal(jacobians[i], answer.jacobian)

@@ -51,7 +51,7 @@ def arm_or_none(text, base, tip):
     """The chain; None where nothing in it moves."""
     try:
         return sr.Arm.from_urdf(text, base=base, tip=tip)
-    except sr.RobotFileError as error:
+    except sr.errors.RobotFileError as error:
         if "no joint that moves" in str(error):
             return None
         raise
@@ -158,7 +158,7 @@ def test_a_long_chain_of_couplings_in_an_mjcf_file_is_read_soon():
     led = "".join(f'<joint joint1="j{k + 1}" joint2="j{k}" polycoef="0 -1 0 0 0"/>' for k in range(1499))
     text = f"<mujoco><worldbody>{bodies}</worldbody><equality>{led}</equality></mujoco>"
     before = time.process_time()
-    with pytest.raises(sr.RobotFileError, match="no joint that moves"):
+    with pytest.raises(sr.errors.RobotFileError, match="no joint that moves"):
         sr.Arm.from_mjcf(text, tip="b1499")
     assert time.process_time() - before < 2.0
 
@@ -181,7 +181,7 @@ def test_joints_coupled_in_an_mjcf_file_follow_each_other():
 
 def test_a_controller_moves_them_together():
     arm = coupled()
-    controller = sr.Controller(arm, rate_limits=0.5, period=1e-4)
+    controller = sr.Controller(arm, velocity_limits=0.5, period=1e-4)
     controller.fail("j6")
     q = np.linspace(-0.4, 0.5, arm.n)
     twist = np.array([0.05, -0.02, 0.03, 0.1, 0.0, -0.05])

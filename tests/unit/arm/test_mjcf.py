@@ -193,7 +193,7 @@ def test_a_model_attached_in_the_file_is_read(inertia, tmp_path):
 def test_a_spec_that_mujoco_cannot_compile_is_told():
     spec = mujoco.MjSpec()
     spec.worldbody.add_body(name="a").add_joint(name="j", axis=[0, 0, 0])
-    with pytest.raises(sr.RobotFileError, match="<MjSpec>: got what MuJoCo refuses"):
+    with pytest.raises(sr.errors.RobotFileError, match="<MjSpec>: got what MuJoCo refuses"):
         sr.Arm.from_mjcf(spec, tip="a")
 
 
@@ -246,21 +246,23 @@ def test_a_model_and_a_file_do_as_well(tmp_path):
     ],
 )
 def test_mistakes_name_the_place_and_the_choices(text, asked, part):
-    with pytest.raises(sr.RobotFileError) as caught:
+    with pytest.raises(sr.errors.RobotFileError) as caught:
         sr.Arm.from_mjcf(text, **asked)
     assert part in str(caught.value)
 
 
 def test_what_mujoco_refuses_has_its_line():
-    with pytest.raises(sr.RobotFileError) as caught:
+    with pytest.raises(sr.errors.RobotFileError) as caught:
         sr.Arm.from_mjcf(ODD.replace('type="ball"', 'type="bal"'), tip="tcp")
     assert caught.value.line == 1 + ODD[: ODD.index('type="ball"')].count("\n")
 
 
 def test_a_file_that_is_not_there_is_told(tmp_path):
-    with pytest.raises(sr.RobotFileError, match="No such file"):
+    with pytest.raises(sr.errors.RobotFileError, match="No such file"):
         sr.Arm.from_mjcf(tmp_path / "gone.xml", tip="a")
-    with pytest.raises(sr.RobotFileError, match=r"got 7, .* its text, a mujoco\.MjSpec, a mujoco\.MjModel or a file"):
+    with pytest.raises(
+        sr.errors.RobotFileError, match=r"got 7, .* its text, a mujoco\.MjSpec, a mujoco\.MjModel or a file"
+    ):
         sr.Arm.from_mjcf(7, tip="a")
 
 
@@ -273,5 +275,5 @@ def test_without_mujoco_the_extra_is_named(monkeypatch):
         return real(name, *args, **kwargs)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(sr.MissingExtraError, match=r"Arm.from_mjcf\(\) needs .*stillreach\[mujoco\]"):
+    with pytest.raises(sr.errors.MissingExtraError, match=r"Arm.from_mjcf\(\) needs .*stillreach\[mujoco\]"):
         sr.Arm.from_mjcf(ODD, tip="tcp")

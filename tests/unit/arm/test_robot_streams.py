@@ -55,7 +55,7 @@ def test_an_open_file_gives_its_name_to_the_arm_and_to_messages(tmp_path):
     path.write_text(TEXT.replace("from a stream", ""), encoding="utf-8")
     with path.open("rb") as file:
         assert sr.Arm.from_urdf(file).name == "seven"
-    with path.open("rb") as file, pytest.raises(sr.RobotFileError) as caught:
+    with path.open("rb") as file, pytest.raises(sr.errors.RobotFileError) as caught:
         sr.Arm.from_urdf(file, tip="d")
     assert caught.value.file == str(path)
 
@@ -87,7 +87,7 @@ def closed():
     ],
 )
 def test_a_stream_that_is_no_robot_is_told(stream, part):
-    with pytest.raises(sr.RobotFileError) as caught:
+    with pytest.raises(sr.errors.RobotFileError) as caught:
         sr.Arm.from_urdf(stream)
     assert part in str(caught.value)
     assert len(str(caught.value)) < 300

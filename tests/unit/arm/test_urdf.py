@@ -29,7 +29,7 @@ def test_any_chain_of_a_random_tree_is_pinocchios(seed):
     for base, tip in rng.integers(0, 13, (12, 2)):
         try:
             arm = sr.Arm.from_urdf(text, base=f"link{base}", tip=f"link{tip}")
-        except sr.RobotFileError as error:
+        except sr.errors.RobotFileError as error:
             refused.append(str(error))
             continue
         agree(arm, peer, f"link{base}", f"link{tip}")
@@ -94,7 +94,7 @@ def test_what_is_beside_the_chain_does_not_matter():
 
 def test_the_only_leaf_is_the_tip_and_a_base_narrows_the_choice():
     text = robot(joint("j", "a", "b"), joint("k", "b", "c"), joint("l", "a", "d"))
-    with pytest.raises(sr.RobotFileError, match=r"tip: got None, .* 2 ends: c, d") as caught:
+    with pytest.raises(sr.errors.RobotFileError, match=r"tip: got None, .* 2 ends: c, d") as caught:
         sr.Arm.from_urdf(text)
     assert caught.value.choices == ("c", "d")
     assert sr.Arm.from_urdf(text, base="b").joint_names == ("k",)

@@ -37,7 +37,7 @@ def test_comments_with_dashes_are_skipped_as_in_pinocchio(comment):
     text = ARM.replace("</joint>", f"{comment}</joint>", 1)
     assert Peer(text).model.nv == 1
     assert sr.Arm.from_urdf(text) == sr.Arm.from_urdf(ARM)
-    with pytest.raises(sr.RobotFileError) as caught:
+    with pytest.raises(sr.errors.RobotFileError) as caught:
         sr.Arm.from_urdf(text.replace('"fixed"', '"fixt"'))
     assert caught.value.line == 7 + comment.count("\n")
 
@@ -59,7 +59,7 @@ def test_a_zero_after_the_end_is_skipped_as_in_pinocchio(end, tmp_path):
 
 
 def test_a_comment_that_does_not_end_is_told():
-    with pytest.raises(sr.RobotFileError, match="line 6"):
+    with pytest.raises(sr.errors.RobotFileError, match="line 6"):
         sr.Arm.from_urdf(ARM.replace("<joint", "<!-- <joint", 1))
 
 
@@ -75,7 +75,7 @@ MUCH = {
 @pytest.mark.parametrize("end", ["<robot>", '<?xml version="1.0"?><robot>'])
 def test_much_white_space_and_many_comments_take_no_long_time(start, end):
     before = time.process_time()
-    with pytest.raises(sr.RobotFileError):
+    with pytest.raises(sr.errors.RobotFileError):
         sr.Arm.from_urdf(MUCH[start] + end)
     assert time.process_time() - before < 2.0
 
@@ -108,9 +108,9 @@ def test_white_space_before_the_declaration_is_skipped_and_lines_are_counted(bef
     expected = sr.Arm.from_urdf(ARM)
     assert sr.Arm.from_urdf(path) == sr.Arm.from_urdf(before + ARM) == expected
     for wrong in (ARM.replace('"revolute"', '"revolt"'), ARM.replace("</robot>", "</robo>")):
-        with pytest.raises(sr.RobotFileError) as caught:
+        with pytest.raises(sr.errors.RobotFileError) as caught:
             sr.Arm.from_urdf(before + wrong)
-        with pytest.raises(sr.RobotFileError) as plain:
+        with pytest.raises(sr.errors.RobotFileError) as plain:
             sr.Arm.from_urdf(wrong)
         assert caught.value.line == plain.value.line + before.count("\n")
 
@@ -128,5 +128,5 @@ def test_utf_16_as_powershell_writes_it_is_read_whatever_it_declares(encoding, d
 def test_half_a_character_of_utf_16_is_told(tmp_path):
     path = tmp_path / "arm.urdf"
     path.write_bytes(("\ufeff" + ARM).encode("utf-16-le")[:-1])
-    with pytest.raises(sr.RobotFileError, match="bytes that are not UTF-16"):
+    with pytest.raises(sr.errors.RobotFileError, match="bytes that are not UTF-16"):
         sr.Arm.from_urdf(path)

@@ -16,7 +16,7 @@ URDF_1_1, URDF_1_2 = (GOOD.replace("<robot ", f'<robot version="{version}" ') fo
 def refused(text, **asked):
     """The error, which came soon and can be shown in little room."""
     before = time.process_time()
-    with pytest.raises(sr.RobotFileError) as caught:
+    with pytest.raises(sr.errors.RobotFileError) as caught:
         sr.Arm.from_urdf(text, **asked)
     assert time.process_time() - before < 2.0  # on a busy machine
     assert len(str(caught.value)) < 3000

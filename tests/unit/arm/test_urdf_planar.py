@@ -62,7 +62,7 @@ def test_a_part_of_a_planar_joint_is_held_by_its_name():
     whole, held = sr.Arm.from_urdf(mobile("0 0 1")), sr.Arm.from_urdf(mobile("0 0 1"), fixed={"base_TY": 0.4})
     assert held.joint_names == ("base_TX", "base_RZ", "j")
     assert held.forward([0.1, 0.2, 0.3]) == pytest.approx(whole.forward([0.1, 0.4, 0.2, 0.3]), abs=1e-15)
-    with pytest.raises(sr.RobotFileError, match="a joint between base and tip: base_TX, base_TY, base_RZ, j"):
+    with pytest.raises(sr.errors.RobotFileError, match="a joint between base and tip: base_TX, base_TY, base_RZ, j"):
         sr.Arm.from_urdf(mobile("0 0 1"), fixed={"base": 0.4})
 
 
@@ -81,7 +81,7 @@ def test_an_arm_on_a_planar_base_comes_back_from_its_file():
 )
 def test_a_floating_joint_is_answered_with_the_chain_beside_it(asked, argument, advice, links):
     text = mobile("0 0 1").replace('"planar"', '"floating"')
-    with pytest.raises(sr.RobotFileError) as caught:
+    with pytest.raises(sr.errors.RobotFileError) as caught:
         sr.Arm.from_urdf(text, **asked)
     assert (caught.value.argument, caught.value.choices) == (argument, ("cart",))
     assert advice in str(caught.value)

@@ -91,7 +91,7 @@ def test_the_acceleration_of_a_follower_limits_its_leader():
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
 @pytest.mark.parametrize("limit", ['velocity="2"', 'lower="-1" velocity="2"', 'upper="1" velocity="2"'])
 def test_a_range_is_required_from_1_2_on_and_has_zeros_before(kind, limit):
-    with pytest.raises(sr.RobotFileError, match=r"which URDF 1\.2 requires"):
+    with pytest.raises(sr.errors.RobotFileError, match=r"which URDF 1\.2 requires"):
         sr.Arm.from_urdf(limited("1.2", limit, kind))
     text = limited("1.1", f'{limit} effort="1"', kind)
     model = Peer(text).model

@@ -13,7 +13,7 @@ name = "reach"
 start = [0, -50, 0, -30, 0, 70, 0, 30, 0, 0, 0]
 period = 0.05
 loop = "closed"
-units = { length = "m", angle = "degree" }
+units = { length = "m", angle = "deg" }
 robot = { arm = "nasa_modular" }
 motion = [{ kind = "twist", twist = [-0.1, 0, 0, 0, 0, 0], duration = 2 }]
 faults = [{ joint = "j4", kind = "locked", at = 1 }]

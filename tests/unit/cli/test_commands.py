@@ -16,7 +16,7 @@ import stillreach as sr
 LONG = """
 start = [0, -50, 0, -30, 0, 70, 0, 30, 0, 0, 0]
 period = 0.0001
-units = { length = "m", angle = "degree" }
+units = { length = "m", angle = "deg" }
 robot = { arm = "nasa_modular" }
 motion = [{ kind = "twist", twist = [-0.001, 0, 0, 0, 0, 0], duration = 200 }]
 """

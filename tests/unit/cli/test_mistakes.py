@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import stillreach as sr
-from stillreach.simulate import summary
+from stillreach.simulation import summary
 
 MISTAKES = {
     "no such scenario": (("run", "paper-exampel-2"), "paper-example-2"),
@@ -157,7 +157,7 @@ def test_values_outside_the_limits_are_taken_where_that_is_meant(stillreach):
 def test_a_start_in_degrees_without_units_is_told_with_its_line(stillreach, tmp_path):
     text = (tmp_path / "reach.toml").read_text()
     (tmp_path / "degrees.toml").write_text(
-        text.replace('angle = "degree"', 'angle = "rad"') + "position_limits = [-3, 3]\n"
+        text.replace('angle = "deg"', 'angle = "rad"') + "position_limits = [-3, 3]\n"
     )
     done = stillreach("run", "degrees.toml")
     assert done.code == 2

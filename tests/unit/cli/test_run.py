@@ -9,7 +9,7 @@ import pytest
 from matplotlib import image
 
 import stillreach as sr
-from stillreach.simulate.fields import FIELDS
+from stillreach.simulation.fields import FIELDS
 
 
 def test_a_run_that_arrives_writes_its_record_picture_and_summary(stillreach, tmp_path):

@@ -22,7 +22,7 @@ def bound(ctl, **extra):
 
 @EVERY_LAW
 def test_tick_and_step_give_the_same_rates(law):
-    one, other = (sr.Controller(mixed(), law=law, rate_limits=0.1) for _ in range(2))
+    one, other = (sr.Controller(mixed(), law=law, velocity_limits=0.1) for _ in range(2))
     q, twist, rates, tick = bound(one)
     for i in range(30):
         twist[:] = np.sin(i + np.arange(6))
@@ -142,7 +142,7 @@ def test_a_target_that_is_not_rigid_stops_the_arm():
 
 @EVERY_LAW
 def test_braking_keeps_the_acceleration_limits_and_ends_at_rest(law):
-    ctl = sr.Controller(mixed(), law=law, acceleration_limits=2.0, period=0.01, rate_limits=1.0)
+    ctl = sr.Controller(mixed(), law=law, acceleration_limits=2.0, period=0.01, velocity_limits=1.0)
     q, twist, rates, tick = bound(ctl)
     twist *= 3
     for _ in range(20):
@@ -190,7 +190,7 @@ def test_a_healthy_tick_after_a_bad_one_is_as_good_as_ever(law):
 @pytest.mark.parametrize("size", [1e308, 1e200, 1e-308, 5e-324])
 @pytest.mark.parametrize("where", ["q", "twist"])
 def test_huge_and_tiny_input_is_answered_inside_the_bounds(law, size, where):
-    ctl = sr.Controller(mixed(), law=law, rate_limits=1.0)
+    ctl = sr.Controller(mixed(), law=law, velocity_limits=1.0)
     q, twist, rates, tick = bound(ctl)
     {"q": q, "twist": twist}[where][:] = size
     tick()

@@ -24,7 +24,7 @@ def draw(rng, n):
 def answer(rate, position, q, last, acceleration, health):
     """One tick of an arm with these limits: its Solution."""
     ctl = sr.Controller(
-        mixed(len(q)), period=PERIOD, rate_limits=rate, position_limits=position, acceleration_limits=acceleration
+        mixed(len(q)), period=PERIOD, velocity_limits=rate, position_limits=position, acceleration_limits=acceleration
     )
     for joint, name in enumerate(health):
         if FAULTS[name]:
@@ -73,7 +73,7 @@ def test_a_joint_with_every_limit_is_never_allowed_more_than_the_continuous_brak
 
 
 def test_a_fault_goes_before_every_limit():
-    limits = {"rate_limits": 0.1, "position_limits": (-1.0, 0.0), "acceleration_limits": 0.5, "period": PERIOD}
+    limits = {"velocity_limits": 0.1, "position_limits": (-1.0, 0.0), "acceleration_limits": 0.5, "period": PERIOD}
     ctl = slide(**limits)
     ctl.fail("j1", sr.Runaway(3.0))
     assert pushed(ctl, -1.0, q=0.5).rates[0] == 3.0
@@ -82,7 +82,7 @@ def test_a_fault_goes_before_every_limit():
 
 
 def test_a_rate_limit_goes_before_an_acceleration_limit():
-    ctl = slide(rate_limits=0.1, acceleration_limits=1.0, period=PERIOD)
+    ctl = slide(velocity_limits=0.1, acceleration_limits=1.0, period=PERIOD)
     ctl.reset([0.5])
     out = pushed(ctl, 1.0)
     assert out.rates[0] == 0.1
@@ -118,7 +118,7 @@ def test_a_joint_that_can_hardly_brake_still_does_not_pass_its_position_limit(ac
 
 
 def test_limits_that_agree_give_nothing_up():
-    ctl = slide(rate_limits=1.0, position_limits=(-1.0, 1.0), acceleration_limits=100.0, period=PERIOD)
+    ctl = slide(velocity_limits=1.0, position_limits=(-1.0, 1.0), acceleration_limits=100.0, period=PERIOD)
     assert not pushed(ctl, 5.0).status & sr.Status.LIMIT_GIVEN_UP
 
 
@@ -126,14 +126,14 @@ def test_limits_that_agree_give_nothing_up():
 def test_a_zero_limit_means_zero_not_none(law):
     arm = mixed(11)
     limits = np.where(np.arange(11) % 3 == 0, 0.0, 1.0)
-    out = sr.Controller(arm, law=law, rate_limits=limits).step(configuration(arm), np.ones(6))
+    out = sr.Controller(arm, law=law, velocity_limits=limits).step(configuration(arm), np.ones(6))
     assert np.all(out.rates[::3] == 0.0)
     assert np.any(out.rates != 0.0)
 
 
 def test_zero_limits_on_every_joint_stop_the_arm_whose_joints_still_work():
     arm = mixed()
-    for limits in ({"rate_limits": 0.0}, {"position_limits": (0.0, 0.0)}, {"acceleration_limits": 0.0}):
+    for limits in ({"velocity_limits": 0.0}, {"position_limits": (0.0, 0.0)}, {"acceleration_limits": 0.0}):
         out = sr.Controller(arm, **limits).step(np.zeros(8), np.ones(6))
         assert np.all(out.rates == 0.0)
         assert out.status & sr.Status.SATURATED
@@ -143,15 +143,15 @@ def test_zero_limits_on_every_joint_stop_the_arm_whose_joints_still_work():
 def test_an_infinite_limit_is_none():
     arm = mixed()
     q = configuration(arm)
-    free = sr.Controller(arm, rate_limits=np.inf, law=sr.LeastError(price=None)).step(q, 1e6 * np.ones(6))
+    free = sr.Controller(arm, velocity_limits=np.inf, law=sr.LeastError(price=None)).step(q, 1e6 * np.ones(6))
     np.testing.assert_allclose(free.rates, np.linalg.pinv(arm.jacobian(q)) @ (1e6 * np.ones(6)), rtol=1e-9)
 
 
 def test_a_rate_limit_may_differ_by_side():
-    ctl = slide(rate_limits=[[-0.1, 0.7]])
+    ctl = slide(velocity_limits=[[-0.1, 0.7]])
     assert pushed(ctl, 5.0).rates[0] == 0.7
     assert pushed(ctl, -5.0).rates[0] == -0.1
-    one_way = slide(rate_limits=[[0.0, np.inf]])
+    one_way = slide(velocity_limits=[[0.0, np.inf]])
     assert pushed(one_way, -5.0).rates[0] == 0.0
     assert pushed(one_way, 5.0).rates[0] == pytest.approx(5.0)
 
@@ -165,11 +165,11 @@ def test_the_arms_own_limits_are_the_default():
 @pytest.mark.parametrize(
     ("limits", "last", "q", "rate", "reason"),
     [
-        ({"rate_limits": 0.5}, 0.0, 0.0, 2.0, sr.Reason.RATE),
+        ({"velocity_limits": 0.5}, 0.0, 0.0, 2.0, sr.Reason.RATE),
         ({"position_limits": (-1.0, 1.0)}, 0.0, 0.995, 2.0, sr.Reason.POSITION),
         ({"position_limits": (-1.0, 1.0), "acceleration_limits": 400.0}, 3.0, 0.95, 9.0, sr.Reason.POSITION),
         ({"acceleration_limits": 3.0}, 0.1, 0.0, 2.0, sr.Reason.ACCELERATION),
-        ({"rate_limits": 0.5, "acceleration_limits": 3.0}, 0.48, 0.0, 2.0, sr.Reason.RATE),
+        ({"velocity_limits": 0.5, "acceleration_limits": 3.0}, 0.48, 0.0, 2.0, sr.Reason.RATE),
     ],
 )
 @pytest.mark.parametrize("side", [1, -1])
@@ -183,7 +183,7 @@ def test_an_active_bound_says_why_and_on_which_side(limits, last, q, rate, reaso
 
 @pytest.mark.parametrize("side", [1, -1])
 def test_an_active_bound_of_a_derated_joint_is_its_fault(side):
-    ctl = slide(rate_limits=1.0)
+    ctl = slide(velocity_limits=1.0)
     ctl.fail(0, sr.Derated(0.25))
     out = pushed(ctl, 3.0 * side)
     assert out.rates[0] == 0.25 * side
@@ -192,7 +192,7 @@ def test_an_active_bound_of_a_derated_joint_is_its_fault(side):
 
 def test_a_failed_joint_gives_its_fault_as_the_reason_and_a_free_one_none():
     arm = mixed()
-    ctl = sr.Controller(arm, rate_limits=100.0)
+    ctl = sr.Controller(arm, velocity_limits=100.0)
     ctl.fail(1)
     ctl.fail(2, sr.Runaway(0.01))
     out = ctl.step(configuration(arm), 1e-3 * np.ones(6))
@@ -202,7 +202,7 @@ def test_a_failed_joint_gives_its_fault_as_the_reason_and_a_free_one_none():
 
 @pytest.mark.parametrize("side", [1, -1])
 def test_a_joint_outside_its_limits_moves_back_if_asked_never_further_out_and_is_not_forced(side):
-    ctl = slide(position_limits=(-1.0, 1.0), rate_limits=2.0, period=PERIOD)
+    ctl = slide(position_limits=(-1.0, 1.0), velocity_limits=2.0, period=PERIOD)
     assert pushed(ctl, side * 1.0, q=side * 1.2).rates[0] == 0.0
     assert pushed(ctl, 0.0, q=side * 1.2).rates[0] == 0.0
     assert pushed(ctl, -side * 1.0, q=side * 1.2).rates[0] == pytest.approx(-side)
@@ -214,7 +214,7 @@ def test_a_return_rate_asks_joints_outside_back_without_disturbing_the_task():
     limits = np.stack([np.full(8, -10.0), np.full(8, 10.0)], axis=1)
     limits[4] = (q[4] + 0.3, 5.0)
     quiet, asked = (
-        sr.Controller(arm, position_limits=limits, rate_limits=9.0, return_rate=rate).step(q, np.zeros(6))
+        sr.Controller(arm, position_limits=limits, velocity_limits=9.0, return_rate=rate).step(q, np.zeros(6))
         for rate in (0.0, 0.2)
     )
     np.testing.assert_array_equal(quiet.rates, 0.0)
@@ -248,10 +248,10 @@ def test_a_locked_joint_outside_its_limits_stays_where_it_is():
         ({"period": 0.0}, "period"),
         ({"period": np.nan}, "period"),
         ({"period": "1 ms"}, "period"),
-        ({"rate_limits": -1.0}, "rate_limits"),
-        ({"rate_limits": np.nan}, "rate_limits"),
-        ({"rate_limits": np.ones(5)}, "rate_limits"),
-        ({"rate_limits": [[0.1, 1.0]] * 8}, "rate_limits"),
+        ({"velocity_limits": -1.0}, "velocity_limits"),
+        ({"velocity_limits": np.nan}, "velocity_limits"),
+        ({"velocity_limits": np.ones(5)}, "velocity_limits"),
+        ({"velocity_limits": [[0.1, 1.0]] * 8}, "velocity_limits"),
         ({"position_limits": [[1.0, -1.0]] * 8}, "position_limits"),
         ({"position_limits": (1.0, -1.0)}, "position_limits"),
         ({"position_limits": np.zeros(8)}, "position_limits"),

@@ -17,7 +17,7 @@ def drive(rate, acceleration, period, side, *, start=-0.2):
 
     Where nothing would happen for long it starts nearer.
     """
-    ctl = slide(position_limits=(-LIMIT, LIMIT), rate_limits=rate, acceleration_limits=acceleration, period=period)
+    ctl = slide(position_limits=(-LIMIT, LIMIT), velocity_limits=rate, acceleration_limits=acceleration, period=period)
     start = max(start, LIMIT - rate**2 / acceleration - 200 * rate * period)
     steps = int(2 * ((LIMIT - start) / rate + rate / acceleration) / period) + 50
     q, positions, rates, status = side * start, [side * start], [], sr.Status.OK
@@ -86,7 +86,7 @@ def test_a_whole_arm_stays_inside_every_limit_while_it_is_pushed_about(law):
         arm,
         law=law,
         position_limits=(-position, position),
-        rate_limits=rate,
+        velocity_limits=rate,
         acceleration_limits=acceleration,
         period=period,
     )
@@ -104,7 +104,7 @@ def test_a_whole_arm_stays_inside_every_limit_while_it_is_pushed_about(law):
 def brake_in_a_crowd(q, twist, nudge):
     """100 ticks of an arm whose joints run into their limits: rates (T, n), damping (T,), statuses, q (n,)."""
     arm = sr.arms.nasa_modular().with_limits(position=(-2.5, 2.5), acceleration=ACCELERATION)
-    ctl = sr.Controller(arm, law=sr.LeastError(), period=PERIOD, rate_limits=np.deg2rad(50))
+    ctl = sr.Controller(arm, law=sr.LeastError(), period=PERIOD, velocity_limits=np.deg2rad(50))
     for joint in (1, 3, 6):
         ctl.fail(joint)
     q, rates, damping, status = q + nudge, [], [], sr.Status.OK

@@ -13,7 +13,7 @@ PERIOD, ACCELERATION = 0.01, 2.0  # a step of 0.02 a tick
 
 def moving(rate=1.0, q=0.0, **limits):
     """A slide at `rate`, and where it is after the last tick."""
-    ctl = slide(rate_limits=2.0, acceleration_limits=ACCELERATION, period=PERIOD, **limits)
+    ctl = slide(velocity_limits=2.0, acceleration_limits=ACCELERATION, period=PERIOD, **limits)
     ctl.reset([rate])
     return ctl, q
 
@@ -32,7 +32,7 @@ def ridden(ctl, q, command, ticks):
 
 @pytest.mark.parametrize(
     "name",
-    ["rate_limits", "velocity_limits", "position_limits", "acceleration_limits", "period", "track_gain", "speed"],
+    ["velocity_limits", "position_limits", "acceleration_limits", "period", "track_gain", "speed"],
 )
 def test_a_setting_that_is_assigned_to_is_refused_not_ignored(name):
     ctl = slide()
@@ -84,7 +84,7 @@ def test_a_higher_velocity_limit_is_approached_within_the_acceleration_limit():
 
 
 def test_without_acceleration_limits_a_new_velocity_limit_holds_at_once():
-    ctl = slide(rate_limits=2.0, period=PERIOD)
+    ctl = slide(velocity_limits=2.0, period=PERIOD)
     pushed(ctl, 1.5)
     ctl.set_limits(velocity=0.25)
     out = pushed(ctl, 1.5)
@@ -159,10 +159,10 @@ BAD_LIMITS = {
     ("name", "value"), [(name, value) for name in BAD_LIMITS for value in BAD_LIMITS[name]], ids=str
 )
 def test_refused_limits_change_nothing(name, value):
-    ctl, twin = (sr.Controller(mixed(), rate_limits=1.0, acceleration_limits=20.0, period=PERIOD) for _ in range(2))
+    ctl, twin = (sr.Controller(mixed(), velocity_limits=1.0, acceleration_limits=20.0, period=PERIOD) for _ in range(2))
     good = {"velocity": 0.1, "position": (-0.1, 0.1), "acceleration": 0.1}
     refused(lambda: ctl.set_limits(**{**good, name: value}), name)
-    constructor = "rate_limits" if name == "velocity" else f"{name}_limits"
+    constructor = "velocity_limits" if name == "velocity" else f"{name}_limits"
     refused(lambda: sr.Controller(mixed(), **{constructor: value}), constructor)
     q = np.linspace(-0.7, 0.9, 8)
     np.testing.assert_array_equal(ctl.step(q, TWIST).rates, twin.step(q, TWIST).rates)
@@ -175,7 +175,9 @@ LAWS = [sr.LeastError(), sr.LeastError(price=None), sr.KeepDirection(), sr.Pseud
 @pytest.mark.parametrize("size", [0.5, 20.0])
 def test_at_a_lower_speed_the_arm_does_the_same_more_slowly(law, size):
     """Command, null motion and limits at a fraction: so are the rates, whether or not limits hold them."""
-    full, slow = (sr.Controller(paper(), law=law, rate_limits=1.0, null_motion=sr.Centring()) for _ in range(2))
+    full, slow = (
+        sr.Controller(paper(), law=law, velocity_limits=1.0, null_motion=sr.null_motions.Centring()) for _ in range(2)
+    )
     slow.set_speed(0.25)
     out = slow.step(Q_PAPER, size * TWIST)
     np.testing.assert_allclose(out.rates, 0.25 * full.step(Q_PAPER, size * TWIST).rates, rtol=1e-7, atol=1e-9)
@@ -183,7 +185,7 @@ def test_at_a_lower_speed_the_arm_does_the_same_more_slowly(law, size):
 
 
 def test_the_speed_slows_an_arm_without_limits_too_and_may_be_0():
-    free = sr.Controller(mixed(), rate_limits=np.inf)
+    free = sr.Controller(mixed(), velocity_limits=np.inf)
     before = free.step(np.zeros(8), TWIST).rates
     free.set_speed(0.5)
     np.testing.assert_allclose(free.step(np.zeros(8), TWIST).rates, 0.5 * before, rtol=1e-9)
@@ -212,7 +214,7 @@ def test_the_speed_goes_down_and_up_within_the_acceleration_limits_and_leaves_th
 
 
 def test_speed_and_velocity_limits_multiply():
-    ctl = slide(rate_limits=2.0)
+    ctl = slide(velocity_limits=2.0)
     ctl.set_speed(0.5)
     ctl.set_limits(velocity=0.8)
     assert pushed(ctl, 9.0).rates[0] == 0.4
@@ -222,14 +224,18 @@ def test_speed_and_velocity_limits_multiply():
 
 @pytest.mark.parametrize("value", [-0.1, 1.1, np.nan, np.inf, "half", None, True, [0.5]])
 def test_a_speed_is_a_fraction(value):
-    ctl = slide(rate_limits=2.0)
+    ctl = slide(velocity_limits=2.0)
     refused(lambda: ctl.set_speed(value), "fraction")
     assert ctl.speed == 1.0
     assert pushed(ctl, 9.0).rates[0] == 2.0
 
 
 def test_a_bound_tick_sees_new_limits():
-    ctl, q, rates = slide(rate_limits=2.0, acceleration_limits=ACCELERATION, period=PERIOD), np.zeros(1), np.zeros(1)
+    ctl, q, rates = (
+        slide(velocity_limits=2.0, acceleration_limits=ACCELERATION, period=PERIOD),
+        np.zeros(1),
+        np.zeros(1),
+    )
     ctl.reset([1.0])
     tick = ctl.bind(q=q, twist=np.array([9.0, 0, 0, 0, 0, 0]), rates=rates)
     ctl.set_limits(velocity=0.5)

@@ -22,17 +22,17 @@ SETTINGS = {
     "keep direction, five axes": {
         "law": sr.KeepDirection(),
         "task": sr.Task(rows=(True, True, True, True, True, False), frame="tool"),
-        "null_motion": sr.Posture(q=np.zeros(11), gain=0.5),
+        "null_motion": sr.null_motions.Posture(q=np.zeros(11), gain=0.5),
         "transition_rate": 0.7,
     },
     "weights, gradient": {
         "law": sr.SingularityRobust(weights=sr.Weights(length=0.0254, joints=np.diag(np.arange(1.0, 12.0)))),
-        "null_motion": sr.Gradient(gradient=softly),
+        "null_motion": sr.null_motions.Gradient(gradient=softly),
         "return_rate": 0.1,
         "track_limits": (0.1, 0.2),
         "track_gain": 3.0,
     },
-    "manipulability": {"null_motion": sr.Manipulability(max_rate=0.2), "position_limits": (-2.0, 2.0)},
+    "manipulability": {"null_motion": sr.null_motions.Manipulability(max_rate=0.2), "position_limits": (-2.0, 2.0)},
 }
 
 
@@ -85,7 +85,7 @@ def test_what_happens_to_a_copy_does_not_happen_to_its_original(way):
     twin, untouched = WAYS[way](ctl), WAYS[way](ctl)
     twin.fail("j1")
     twin.set_limits(velocity=0.0)
-    twin.set_null_motion(sr.Centring())
+    twin.set_null_motion(sr.null_motions.Centring())
     twin.step(q, TWIST)
     assert "j1" not in ctl.faults
     np.testing.assert_array_equal(future(ctl, q), future(untouched, q))

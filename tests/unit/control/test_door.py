@@ -17,7 +17,7 @@ POSE = np.eye(4)
 @pytest.fixture
 def ctl():
     """A controller that has moved, with a fault and with limits that its next answer depends on."""
-    ctl = sr.Controller(mixed(), rate_limits=1.0, acceleration_limits=20.0, period=0.01)
+    ctl = sr.Controller(mixed(), velocity_limits=1.0, acceleration_limits=20.0, period=0.01)
     ctl.fail("j2")
     ctl.step(Q, TWIST)
     return ctl
@@ -176,9 +176,9 @@ def test_step_reads_anything_that_is_numbers(form):
 
 
 def test_out_takes_the_rates_and_is_what_the_solution_holds(ctl):
-    other = sr.Controller(mixed(), rate_limits=1.0)
+    other = sr.Controller(mixed(), velocity_limits=1.0)
     other.fail("j2")
-    expected = sr.Controller(mixed(), rate_limits=1.0)
+    expected = sr.Controller(mixed(), velocity_limits=1.0)
     expected.fail("j2")
     out = np.full(N, 7.0)
     answer = other.step(Q, TWIST, out=out)

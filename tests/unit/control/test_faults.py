@@ -30,7 +30,7 @@ def arm_at(request):
 @EVERY_LAW
 def test_several_joints_fail_at_once_by_name_and_by_index(law, arm_at):
     arm, q = arm_at
-    ctl = sr.Controller(arm, law=law, rate_limits=50.0)
+    ctl = sr.Controller(arm, law=law, velocity_limits=50.0)
     ctl.fail("j2")
     ctl.fail(3)
     ctl.fail("j7", sr.Runaway(0.02))
@@ -48,7 +48,7 @@ def test_several_joints_fail_at_once_by_name_and_by_index(law, arm_at):
 @pytest.mark.parametrize("scale", [1.0, 1e3, 0.0])
 def test_a_locked_joint_has_rate_exactly_zero_whatever_is_asked(law, scale, arm_at):
     arm, q = arm_at
-    ctl = sr.Controller(arm, law=law, null_motion=np.ones(11), rate_limits=1.0)
+    ctl = sr.Controller(arm, law=law, null_motion=np.ones(11), velocity_limits=1.0)
     for failed in ([0], [10], [1, 3, 6], list(range(10)), list(range(11))):
         for joint in range(arm.n):
             ctl.restore(joint)
@@ -65,7 +65,7 @@ def test_a_locked_joint_has_rate_exactly_zero_whatever_is_asked(law, scale, arm_
 @pytest.mark.parametrize("rate", [0.05, -0.3])
 def test_a_runaway_joint_is_made_up_for_by_the_others(law, rate, arm_at):
     arm, q = arm_at
-    ctl = sr.Controller(arm, law=law, rate_limits=100.0)
+    ctl = sr.Controller(arm, law=law, velocity_limits=100.0)
     ctl.fail(4, sr.Runaway(rate))
     out = ctl.step(q, np.zeros(6))
     assert out.rates[4] == rate
@@ -91,7 +91,7 @@ def test_a_runaway_joint_that_nobody_can_make_up_for_is_reported(law):
 @EVERY_LAW
 def test_a_task_out_of_reach_is_not_blamed_on_a_runaway_joint(law):
     """The tool could stand still in spite of it; only the twist is more than the arm can do, with and without."""
-    ctl = sr.Controller(paper(), law=law, rate_limits=0.2)
+    ctl = sr.Controller(paper(), law=law, velocity_limits=0.2)
     ctl.fail(1, sr.Runaway(0.01))
     out = ctl.step(Q_PAPER, [0, 0, -50.0, 0, 0, 0])
     assert out.task_error > 1.0 or sr.Status.OVER_LIMIT in out.status
@@ -102,7 +102,7 @@ def test_a_task_out_of_reach_is_not_blamed_on_a_runaway_joint(law):
 @pytest.mark.parametrize("law", [sr.LeastError(price=None), sr.KeepDirection()], ids=repr)
 def test_what_cannot_be_made_up_for_is_done_as_well_as_it_can_be(law):
     arm = paper()
-    ctl = sr.Controller(arm, law=law, rate_limits=0.2)
+    ctl = sr.Controller(arm, law=law, velocity_limits=0.2)
     ctl.fail(1, sr.Runaway(2.0))
     out = ctl.step(Q_PAPER, np.zeros(6))
     assert out.status & sr.Status.FAULT_NOT_COMPENSATED
@@ -144,7 +144,7 @@ def test_derated_to_nothing_is_locked_and_to_one_is_healthy():
     arm = mixed()
     q = configuration(arm)
     for limit in (1.0, np.inf):
-        ctl = sr.Controller(arm, rate_limits=limit)
+        ctl = sr.Controller(arm, velocity_limits=limit)
         ctl.fail(2, sr.Derated(0.0))
         assert ctl.step(q, 5 * TWIST).rates[2] == 0.0
         ctl.fail(2, sr.Derated(1.0))
@@ -154,7 +154,7 @@ def test_derated_to_nothing_is_locked_and_to_one_is_healthy():
 
 def test_a_second_fault_of_a_joint_takes_the_place_of_the_first():
     arm = mixed()
-    ctl = sr.Controller(arm, rate_limits=1.0)
+    ctl = sr.Controller(arm, velocity_limits=1.0)
     ctl.fail("j3", sr.Derated(0.5))
     ctl.fail(2, sr.Runaway(-0.1))
     assert ctl.faults == {"j3": sr.Runaway(-0.1)}
@@ -190,7 +190,7 @@ def test_a_joint_that_is_none_is_refused_and_nothing_changes(joint):
     ctl = sr.Controller(mixed(11))
     ctl.fail("j2")
     for call in (ctl.fail, ctl.restore):
-        with pytest.raises(sr.UnknownJointError, match="j1"):
+        with pytest.raises(sr.errors.UnknownJointError, match="j1"):
             call(joint)
     assert ctl.faults == {"j2": sr.Locked()}
     assert np.sum(ctl.health) == 1
@@ -246,8 +246,10 @@ def test_a_follower_cannot_fail_alone_and_the_message_names_its_leader():
     for call in (
         lambda: sr.Controller(arm).fail("mimic"),
         lambda: sr.Controller(arm).restore("mimic"),
-        lambda: sr.Scenario(arm=arm, start=[0.0], motion=sr.Twist(np.zeros(6), duration=1.0), faults=sr.Fault("mimic")),
+        lambda: sr.Scenario(
+            arm=arm, start=[0.0], motion=sr.ConstantTwist(np.zeros(6), duration=1.0), faults=sr.Fault("mimic")
+        ),
         lambda: arm.singular_values([0.0], joints=["mimic"]),
     ):
-        with pytest.raises(sr.UnknownJointError, match=r"'mimic', which follows 'finger'.* one of finger"):
+        with pytest.raises(sr.errors.UnknownJointError, match=r"'mimic', which follows 'finger'.* one of finger"):
             call()

@@ -39,7 +39,7 @@ def test_the_straight_arm_has_lost_exactly_its_left_null_space(law):
 @pytest.mark.parametrize("failed", [(), (2,), (0, 3, 5, 6, 8, 10), tuple(range(11))], ids=str)
 def test_what_is_lost_is_lost_to_the_working_joints(failed):
     arm = paper()
-    ctl = sr.Controller(arm, rate_limits=1.0)
+    ctl = sr.Controller(arm, velocity_limits=1.0)
     for joint in failed:
         ctl.fail(joint)
     out = ctl.step(Q_PAPER, TWIST)
@@ -54,7 +54,7 @@ def test_what_is_lost_is_lost_to_the_working_joints(failed):
 def test_a_joint_with_a_limit_of_zero_serves_nothing():
     arm = paper()
     limits = np.where(np.arange(11) < 6, 1.0, 0.0)
-    out = sr.Controller(arm, rate_limits=limits).step(Q_PAPER, TWIST)
+    out = sr.Controller(arm, velocity_limits=limits).step(Q_PAPER, TWIST)
     np.testing.assert_allclose(out.singular_values(), np.linalg.svd(arm.jacobian(Q_PAPER)[:, :6], compute_uv=False))
 
 
@@ -160,7 +160,7 @@ def test_out_that_was_written_over_since_is_found():
 
 
 def test_a_solution_prints_what_matters_on_one_line():
-    ctl = sr.Controller(paper(), rate_limits=0.01)
+    ctl = sr.Controller(paper(), velocity_limits=0.01)
     text = repr(ctl.step(Q_PAPER, TWIST))
     assert text.startswith("Solution(")
     assert "\n" not in text

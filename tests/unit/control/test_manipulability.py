@@ -65,7 +65,7 @@ def weights_of(arm, kind):
 
 def controller(arm, failed, **settings):
     """A controller without limits whose joints failed long ago."""
-    ctl = sr.Controller(arm, law=sr.LeastError(price=None), rate_limits=np.inf, **settings)
+    ctl = sr.Controller(arm, law=sr.LeastError(price=None), velocity_limits=np.inf, **settings)
     for joint in failed:
         ctl.fail(joint)
     ctl.reset()
@@ -86,7 +86,7 @@ def test_the_null_motion_is_the_projected_gradient(make, name, weighted, failed)
     task = sr.Task(weights=weights, **TASKS[name])
     # what is added to leave saddles is the same for both gains: the difference is the gradient's
     one, two = (
-        controller(arm, failed, task=task, null_motion=sr.Manipulability(gain=gain, max_rate=1e3))
+        controller(arm, failed, task=task, null_motion=sr.null_motions.Manipulability(gain=gain, max_rate=1e3))
         for gain in (1.0, 2.0)
     )
     working = ~np.isin(np.arange(arm.n), failed)
@@ -109,7 +109,7 @@ def test_following_it_moves_away_from_a_singularity_while_the_tool_stands_still(
     arm = paper()
     q = np.where(np.arange(11) % 2 == 1, 0.25, 0.1) * np.cos(np.arange(11))
     hold, before = arm.forward(q), log_volume(arm.jacobian(q))
-    ctl = sr.Controller(arm, null_motion=sr.Manipulability(gain=0.5), period=0.02)
+    ctl = sr.Controller(arm, null_motion=sr.null_motions.Manipulability(gain=0.5), period=0.02)
     for _ in range(300):
         out = ctl.track(q, hold)
         assert np.max(np.abs(out.rates)) <= np.max(arm.velocity_limits)
@@ -125,7 +125,7 @@ def test_an_exactly_planar_arm_leaves_its_plane_by_itself_and_every_run_is_the_s
     runs = []
     for _ in range(2):
         q = start.copy()
-        ctl = sr.Controller(arm, null_motion=sr.Manipulability(), period=0.02)
+        ctl = sr.Controller(arm, null_motion=sr.null_motions.Manipulability(), period=0.02)
         for joint in ("j2", "j4", "j7"):
             ctl.fail(joint)
         for _ in range(500):
@@ -141,7 +141,7 @@ def test_an_exactly_planar_arm_leaves_its_plane_by_itself_and_every_run_is_the_s
 )
 def test_at_and_near_a_singularity_it_is_finite_and_at_most_max_rate(q):
     arm = paper()
-    ctl = sr.Controller(arm, null_motion=sr.Manipulability(max_rate=0.1), rate_limits=2.0)
+    ctl = sr.Controller(arm, null_motion=sr.null_motions.Manipulability(max_rate=0.1), velocity_limits=2.0)
     out = ctl.step(q, np.zeros(6))
     assert np.all(np.isfinite(out.rates))
     assert np.linalg.norm(out.rates) <= 0.1 * np.sqrt(11)
@@ -155,13 +155,15 @@ def near_singular():
     return arm, [size * np.cos(np.arange(11.0)) for size in (0.3, 0.1, 0.03, 0.01)]
 
 
-@pytest.mark.parametrize("null", [sr.Manipulability(max_rate=0.2), np.full(11, 0.2)], ids=["manipulability", "rates"])
+@pytest.mark.parametrize(
+    "null", [sr.null_motions.Manipulability(max_rate=0.2), np.full(11, 0.2)], ids=["manipulability", "rates"]
+)
 @pytest.mark.parametrize("price", [80.0, 8.0, None])
 def test_near_a_singularity_it_moves_a_tool_at_rest_no_more_than_the_price_allows(price, null):
     arm, poses = near_singular()
     law = sr.LeastError(price=price)
     for q in poses:
-        out = sr.Controller(arm, law=law, null_motion=null, rate_limits=9.0).step(q, np.zeros(6))
+        out = sr.Controller(arm, law=law, null_motion=null, velocity_limits=9.0).step(q, np.zeros(6))
         allowed = 1e-9 if price is None else 0.5 * 0.2**2 * 11 / (9.0 * price)
         assert np.linalg.norm(out.residual) <= allowed
 
@@ -169,7 +171,7 @@ def test_near_a_singularity_it_moves_a_tool_at_rest_no_more_than_the_price_allow
 def test_keep_direction_does_not_move_a_tool_at_rest_near_a_singularity():
     arm, poses = near_singular()
     for q in poses:
-        ctl = sr.Controller(arm, law=sr.KeepDirection(), null_motion=np.full(11, 0.2), rate_limits=9.0)
+        ctl = sr.Controller(arm, law=sr.KeepDirection(), null_motion=np.full(11, 0.2), velocity_limits=9.0)
         np.testing.assert_allclose(ctl.step(q, np.zeros(6)).residual, 0.0, atol=1e-9)
 
 
@@ -177,5 +179,7 @@ def test_with_no_freedom_left_there_is_no_null_motion():
     arm = skew(6, seed=8)
     q = configuration(arm)
     for law in (sr.LeastError(), sr.LeastError(price=None), sr.KeepDirection()):
-        out = sr.Controller(arm, law=law, null_motion=sr.Manipulability(), rate_limits=9.0).step(q, np.zeros(6))
+        out = sr.Controller(arm, law=law, null_motion=sr.null_motions.Manipulability(), velocity_limits=9.0).step(
+            q, np.zeros(6)
+        )
         np.testing.assert_allclose(out.rates, 0.0, atol=1e-9)

@@ -68,10 +68,10 @@ def test_what_is_no_period_is_refused_and_changes_nothing(period):
 
 def test_a_transition_lasts_as_long_as_its_periods_say():
     """Half a second: 5 ticks of 0.1 s, whatever the controller's own period."""
-    ctl = sr.Controller(paper(), null_motion=sr.Posture(q=np.zeros(11)), period=0.001, transition_rate=2.0)
+    ctl = sr.Controller(paper(), null_motion=sr.null_motions.Posture(q=np.zeros(11)), period=0.001, transition_rate=2.0)
     ctl.reset(np.full(11, 0.1))
     ctl.fail("j1")
-    after = sr.Controller(paper(), null_motion=sr.Posture(q=np.zeros(11)), transition_rate=0.0)
+    after = sr.Controller(paper(), null_motion=sr.null_motions.Posture(q=np.zeros(11)), transition_rate=0.0)
     after.fail("j1")
     expected = after.step(Q_PAPER, TWIST).rates
     equal = [np.allclose(ctl.step(Q_PAPER, TWIST, period=0.1).rates, expected, atol=1e-9) for _ in range(6)]

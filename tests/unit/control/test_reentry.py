@@ -25,7 +25,7 @@ def with_gradient(action, value=0.0, **settings):
             action(ctl)
         return np.full(N, value)
 
-    ctl = sr.Controller(ARM, null_motion=sr.Gradient(gradient=gradient), **settings)
+    ctl = sr.Controller(ARM, null_motion=sr.null_motions.Gradient(gradient=gradient), **settings)
     return ctl
 
 
@@ -60,10 +60,10 @@ def test_a_conversion_that_steps_the_same_controller_changes_no_answer():
 
 def test_a_null_motion_set_inside_a_gradient_counts_from_the_next_tick_on():
     still = np.zeros(6)
-    ctl = with_gradient(lambda ctl: ctl.set_null_motion(sr.Rates(rates=np.full(N, 0.05))), value=-0.2)
-    plain = sr.Controller(ARM, null_motion=sr.Gradient(gradient=np.full(N, -0.2)))
+    ctl = with_gradient(lambda ctl: ctl.set_null_motion(sr.null_motions.Rates(rates=np.full(N, 0.05))), value=-0.2)
+    plain = sr.Controller(ARM, null_motion=sr.null_motions.Gradient(gradient=np.full(N, -0.2)))
     np.testing.assert_allclose(ctl.step(Q, still).rates, plain.step(Q, still).rates, atol=1e-9)
-    plain.set_null_motion(sr.Rates(rates=np.full(N, 0.05)))
+    plain.set_null_motion(sr.null_motions.Rates(rates=np.full(N, 0.05)))
     np.testing.assert_allclose(ctl.step(Q, still).rates, plain.step(Q, still).rates, atol=1e-9)
 
 
@@ -75,7 +75,7 @@ def test_a_joint_that_fails_inside_a_gradient_stands_still_in_the_same_tick():
 
 def test_a_tick_inside_a_gradient_that_changes_the_null_motion_leaves_the_new_one():
     def action(ctl):
-        ctl.set_null_motion(sr.Rates(rates=np.full(N, 0.05)))
+        ctl.set_null_motion(sr.null_motions.Rates(rates=np.full(N, 0.05)))
         ctl.step(OTHER, np.zeros(6))
 
     ctl = with_gradient(action, value=-0.2)
@@ -90,7 +90,9 @@ def test_what_is_no_exception_in_a_gradient_ends_the_bound_loop(error):
         raise error
 
     rates = np.full(N, 7.0)
-    tick = sr.Controller(ARM, null_motion=sr.Gradient(gradient=gradient)).bind(q=Q, twist=np.zeros(6), rates=rates)
+    tick = sr.Controller(ARM, null_motion=sr.null_motions.Gradient(gradient=gradient)).bind(
+        q=Q, twist=np.zeros(6), rates=rates
+    )
     with pytest.raises(error):
         tick()
     np.testing.assert_array_equal(rates, 7.0)
@@ -98,9 +100,9 @@ def test_what_is_no_exception_in_a_gradient_ends_the_bound_loop(error):
 
 def test_an_interrupted_simulation_in_a_gradient_ends_the_bound_loop():
     def gradient(_):
-        raise sr.SimulationInterrupted(None)
+        raise sr.errors.SimulationInterrupted(None)
 
-    ctl = sr.Controller(ARM, null_motion=sr.Gradient(gradient=gradient))
+    ctl = sr.Controller(ARM, null_motion=sr.null_motions.Gradient(gradient=gradient))
     with pytest.raises(KeyboardInterrupt):
         ctl.bind(q=Q, twist=np.zeros(6), rates=np.empty(N))()
 
@@ -123,7 +125,7 @@ class Robot:
     """Owns its controller, whose gradient is a method of its own."""
 
     def __init__(self):
-        self.controller = sr.Controller(sr.arms.planar(7), null_motion=sr.Gradient(gradient=self.gradient))
+        self.controller = sr.Controller(sr.arms.planar(7), null_motion=sr.null_motions.Gradient(gradient=self.gradient))
 
     def gradient(self, q):
         return np.zeros_like(q)

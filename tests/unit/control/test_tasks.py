@@ -41,7 +41,7 @@ def arm_at(request):
 def test_the_rates_are_the_pseudoinverse_of_the_rows_asked_for(rows, frame, tool, arm_at):
     arm, q = arm_at
     task = sr.Task(rows=rows, frame=frame, tool=tool)
-    out = sr.Controller(arm, law=EXACT, task=task, rate_limits=np.inf).step(q, TWIST)
+    out = sr.Controller(arm, law=EXACT, task=task, velocity_limits=np.inf).step(q, TWIST)
     moved = arm if tool is None else arm.with_tool(arm.tool @ tool)
     j, x = rows_by_hand(moved, q, TWIST, rows, frame)
     np.testing.assert_allclose(out.jacobian, j, atol=1e-12)
@@ -55,7 +55,7 @@ def test_the_rates_are_the_pseudoinverse_of_the_rows_asked_for(rows, frame, tool
 @pytest.mark.parametrize("frame", ["base", "tool"])
 def test_a_locked_joint_changes_nothing_of_that(frame, arm_at):
     arm, q = arm_at
-    ctl = sr.Controller(arm, law=EXACT, task=sr.Task(rows=FIVE_AXIS, frame=frame), rate_limits=np.inf)
+    ctl = sr.Controller(arm, law=EXACT, task=sr.Task(rows=FIVE_AXIS, frame=frame), velocity_limits=np.inf)
     ctl.fail(2)
     out = ctl.step(q, TWIST)
     j, x = rows_by_hand(arm, q, TWIST, FIVE_AXIS, frame)
@@ -66,7 +66,7 @@ def test_a_locked_joint_changes_nothing_of_that(frame, arm_at):
 def test_five_axis_work_leaves_the_turn_about_the_tool_free_and_keeps_the_rest():
     arm = skew(6, seed=8)
     q = configuration(arm)
-    ctl = sr.Controller(arm, law=EXACT, task=sr.Task(rows=FIVE_AXIS, frame="tool"), rate_limits=np.inf)
+    ctl = sr.Controller(arm, law=EXACT, task=sr.Task(rows=FIVE_AXIS, frame="tool"), velocity_limits=np.inf)
     rates = ctl.step(q, TWIST).rates
     R = arm.forward(q)[:3, :3]
     missing = TWIST - arm.jacobian(q) @ rates
@@ -98,7 +98,7 @@ def test_weights_say_what_counts(frame, where):
     weights = sr.Weights(length=0.2, angle=1.5, task=W1, joints=W2)
     law = sr.LeastError(price=None, weights=weights if where == "law" else None)
     task = sr.Task(rows="pose", frame=frame, weights=weights if where == "task" else None)
-    out = sr.Controller(arm, law=law, task=task, rate_limits=np.inf).step(q, TWIST)
+    out = sr.Controller(arm, law=law, task=task, velocity_limits=np.inf).step(q, TWIST)
     j, x = rows_by_hand(arm, q, TWIST, "pose", frame)
     C = np.linalg.cholesky(W1).T / np.array([0.2] * 3 + [1.5] * 3)
     D = np.where(arm.kinds == 1, 0.2, 1.5) / np.sqrt(W2)
@@ -111,7 +111,7 @@ def test_six_task_weights_serve_any_rows():
     arm = mixed()
     q = configuration(arm)
     W1 = np.array([1.0, 4.0, 9.0, 16.0, 25.0, 36.0])
-    ctl = sr.Controller(arm, task=sr.Task(rows="orientation", weights=sr.Weights(task=W1)), rate_limits=0.0)
+    ctl = sr.Controller(arm, task=sr.Task(rows="orientation", weights=sr.Weights(task=W1)), velocity_limits=0.0)
     out = ctl.step(q, TWIST)
     assert out.task_error == pytest.approx(np.sqrt(np.sum(W1[3:] * TWIST[3:] ** 2)), rel=1e-12)
 

@@ -153,7 +153,7 @@ def test_it_arrives_from_half_a_turn_away(angle):
     q = np.array([0, 0, 0, 0.3, 0.4, -0.2, 0.5])
     T = arm.forward(q)
     target = turned(T, Rotation.from_rotvec(angle * np.array([0.6, 0.0, 0.8])), (0.1, 0, 0))
-    q, _ = closed_loop(arm, q, target, 800, null_motion=sr.Manipulability(), rate_limits=3.0)
+    q, _ = closed_loop(arm, q, target, 800, null_motion=sr.null_motions.Manipulability(), velocity_limits=3.0)
     np.testing.assert_allclose(pose_error(arm.forward(q), target), 0.0, atol=1e-5)
 
 

@@ -21,7 +21,7 @@ NULL = {"without null motion": lambda n: None, "with null motion": lambda n: 0.5
 
 def moving(arm, q, law, null, ticks=3, **settings):
     """A controller that has been moving the tool for some ticks, and its last rates."""
-    ctl = sr.Controller(arm, law=law, null_motion=null, rate_limits=1e4, **settings)
+    ctl = sr.Controller(arm, law=law, null_motion=null, velocity_limits=1e4, **settings)
     for _ in range(ticks):
         rates = ctl.step(q, TWIST).rates
     return ctl, rates.copy()
@@ -67,7 +67,7 @@ def test_the_jump_of_several_failures_is_the_least_one_that_keeps_the_task(law, 
 def test_a_restored_joint_does_not_make_the_arm_jump_at_all(law):
     """It stood still, and standing still still does the task."""
     arm = paper()
-    ctl = sr.Controller(arm, law=law, rate_limits=1e4)
+    ctl = sr.Controller(arm, law=law, velocity_limits=1e4)
     ctl.fail(4)
     for _ in range(3):
         before = ctl.step(Q_PAPER, TWIST).rates.copy()
@@ -78,7 +78,7 @@ def test_a_restored_joint_does_not_make_the_arm_jump_at_all(law):
 @EVERY_LAW
 def test_a_runaway_that_is_restored_is_taken_over_at_its_rate(law):
     arm = paper()
-    ctl = sr.Controller(arm, law=law, rate_limits=1e4)
+    ctl = sr.Controller(arm, law=law, velocity_limits=1e4)
     ctl.fail(4, sr.Runaway(0.2))
     for _ in range(3):
         before = ctl.step(Q_PAPER, TWIST).rates.copy()
@@ -102,7 +102,7 @@ def standing(period, rate, *, seconds=3.0):
     """A tool that stands still, no null motion at first; then j5 is restored: what share of it is back at each tick."""
     arm = paper()
     nu = 0.3 * np.cos(2.0 * np.arange(11))
-    ctl = sr.Controller(arm, null_motion=nu, transition_rate=rate, period=period, rate_limits=10.0)
+    ctl = sr.Controller(arm, null_motion=nu, transition_rate=rate, period=period, velocity_limits=10.0)
     ctl.fail(4)
     ctl.reset()
     start = ctl.step(Q_PAPER, np.zeros(6)).rates.copy()
@@ -149,7 +149,7 @@ def test_how_fast_it_comes_back_does_not_depend_on_the_period():
 def test_with_a_transition_rate_of_zero_the_null_motion_goes_on_at_once():
     arm = paper()
     nu = 0.3 * np.cos(2.0 * np.arange(11))
-    ctl = sr.Controller(arm, null_motion=nu, transition_rate=0.0, rate_limits=10.0)
+    ctl = sr.Controller(arm, null_motion=nu, transition_rate=0.0, velocity_limits=10.0)
     ctl.step(Q_PAPER, np.zeros(6))
     ctl.fail(4)
     working = np.arange(11) != 4
@@ -160,7 +160,7 @@ def test_with_a_transition_rate_of_zero_the_null_motion_goes_on_at_once():
 def test_reset_ends_a_transition():
     arm = paper()
     nu = 0.3 * np.cos(2.0 * np.arange(11))
-    ctl = sr.Controller(arm, null_motion=nu, rate_limits=10.0)
+    ctl = sr.Controller(arm, null_motion=nu, velocity_limits=10.0)
     ctl.fail(4)
     ctl.reset()
     working = np.arange(11) != 4
@@ -173,7 +173,9 @@ def test_reset_ends_a_transition():
 def test_whatever_comes_and_goes_the_task_is_kept_and_the_bounds_are_too(law, seed):
     """Faults come and go at random; a feasible task does not notice."""
     arm, rng = paper(), np.random.default_rng([61, seed])
-    ctl = sr.Controller(arm, law=law, null_motion=sr.Posture(q=0.5 * Q_PAPER), period=0.01, rate_limits=3.0)
+    ctl = sr.Controller(
+        arm, law=law, null_motion=sr.null_motions.Posture(q=0.5 * Q_PAPER), period=0.01, velocity_limits=3.0
+    )
     q, hurt = Q_PAPER.copy(), set()
     for t in range(200):
         if t % 10 == 5:

@@ -86,7 +86,7 @@ def test_a_search_that_starts_where_the_last_tick_ended_has_no_gap_either(price)
     arm, random, damped = sr.arms.nasa_modular(), np.random.default_rng(23), 0
     limit = np.deg2rad(50.0)
     for _ in range(4):
-        ctl = sr.Controller(arm, law=sr.LeastError(price=price), rate_limits=limit)
+        ctl = sr.Controller(arm, law=sr.LeastError(price=price), velocity_limits=limit)
         q, along, twist = random.uniform(-1.5, 1.5, (2, 11)), random.uniform(-1.0, 1.0, 11), random.normal(size=6)
         for tick in range(60):
             out = ctl.step(q[0] + 0.02 * tick * along, 1.5 * np.sin(0.1 * tick) * twist)

@@ -75,7 +75,7 @@ def test_prices_in_the_axes_of_the_tool():
     law = sr.LeastError(price={"position": 100.0, "wx wy": 8.0, "wz": 1.0})
     limit, q = np.deg2rad(50.0), np.random.default_rng(5).uniform(-1.5, 1.5, arm.n)
     twist = np.array([1.0, 2.0, -1.0, 0.5, -1.0, 2.0])
-    ctl = sr.Controller(arm, law=law, task=sr.Task(frame="tool"), rate_limits=limit)
+    ctl = sr.Controller(arm, law=law, task=sr.Task(frame="tool"), velocity_limits=limit)
     out = ctl.step(q, twist)
     turn = np.kron(np.eye(2), arm.forward(q)[:3, :3].T)
     bounds = sr.Bounds.symmetric(limit, n=arm.n)
@@ -91,10 +91,10 @@ def test_rows_left_out_of_the_task_need_no_price():
     rows = sr.Task(rows=(True, True, True, True, True, False))
     all_named = sr.LeastError(price={"position": 100.0, "wx wy": 8.0, "wz": 1.0})
     named = sr.LeastError(price={"position": 100.0, "wx wy": 8.0})
-    ask = lambda law: sr.Controller(arm, law=law, task=rows, rate_limits=0.5).step(q, twist).rates  # noqa: E731
+    ask = lambda law: sr.Controller(arm, law=law, task=rows, velocity_limits=0.5).step(q, twist).rates  # noqa: E731
     assert np.array_equal(ask(all_named), ask(named))
     with pytest.raises(sr.InputError, match="wz"):
-        sr.Controller(arm, law=named, rate_limits=0.5)
+        sr.Controller(arm, law=named, velocity_limits=0.5)
 
 
 def test_one_part_of_v_rows_is_priced_per_reach():

@@ -238,12 +238,12 @@ def test_what_cannot_use_semidefinite_weights_says_which_laws_can(weights):
 def test_manipulability_is_not_pursued_in_a_task_without_weight():
     arm, law = sr.arms.nasa_modular(), sr.SingularityRobust(weights=sr.Weights(task=[1, 1, 1, 0, 0, 0]))
     with pytest.raises(sr.InputError, match="null_motion"):
-        sr.Controller(arm, law=law, null_motion=sr.Manipulability())
+        sr.Controller(arm, law=law, null_motion=sr.null_motions.Manipulability())
     ctl = sr.Controller(arm, law=law)
     with pytest.raises(sr.InputError, match="null_motion"):
-        ctl.set_null_motion(sr.Manipulability())
+        ctl.set_null_motion(sr.null_motions.Manipulability())
     only = sr.Task(rows="position")  # the rows that have weight are a definite task
-    sr.Controller(arm, law=law, task=only, null_motion=sr.Manipulability())
+    sr.Controller(arm, law=law, task=only, null_motion=sr.null_motions.Manipulability())
 
 
 @pytest.mark.parametrize(

@@ -35,10 +35,10 @@ def test_the_start_of_example_2_lies_in_a_plane():
 
 def test_only_the_pseudoinverse_run_has_no_rate_limit_and_says_so():
     for name, scenario in scenarios().items():
-        unlimited = np.all(np.isinf(scenario.rate_limits))
+        unlimited = np.all(np.isinf(scenario.velocity_limits))
         assert unlimited == (name == examples.EXAMPLE_2_PSEUDOINVERSE) == ("without rate limit" in scenario.name)
         if not unlimited:
-            assert np.all(scenario.rate_limits == np.deg2rad(50.0))
+            assert np.all(scenario.velocity_limits == np.deg2rad(50.0))
 
 
 def test_damping_is_in_inches_and_degrees():

@@ -17,7 +17,7 @@ from stillreach.show.moments import moments
 from stillreach.show.outcome import outcome
 from stillreach.show.scene import drawn_ticks, fit
 from stillreach.show.timeline import STATES
-from stillreach.simulate.summary import summary
+from stillreach.simulation.summary import summary
 
 FAULTS = [
     sr.Fault("j4", at=0.4, kind=sr.Locked()),
@@ -29,7 +29,7 @@ FAULTS = [
 
 def scenario(**settings) -> sr.Scenario:
     start = np.deg2rad([0, -50, 0, -30, 0, 70, 0, 30, 0, 0, 0])
-    motion = sr.Twist([-0.2, 0, 0, 0, 0, 0], duration=2.0)
+    motion = sr.ConstantTwist([-0.2, 0, 0, 0, 0, 0], duration=2.0)
     defaults = {"start": start, "motion": motion, "faults": FAULTS, "period": 0.02, "name": "four faults"}
     return sr.Scenario(arm=sr.arms.nasa_modular(), **{**defaults, **settings})
 
@@ -187,7 +187,7 @@ def test_the_lines_are_those_of_the_run():
 
 def test_slides_are_in_millimetres_and_arms_without_limits_in_their_own_units():
     arm = sr.Arm([sr.Joint(kind="prismatic"), sr.Joint(), sr.Joint(placement=np.eye(4))])
-    of = sr.Scenario(arm=arm, start=[0, 0, 0], motion=sr.Twist([0, 0, 0.1, 0, 0, 0.1], duration=0.2))
+    of = sr.Scenario(arm=arm, start=[0, 0, 0], motion=sr.ConstantTwist([0, 0, 0.1, 0, 0, 0.1], duration=0.2))
     figure, run = drawn(of)
     labels = [ax.get_ylabel() for ax in figure.axes]
     assert "rate [deg/s, mm/s]" in labels
@@ -200,7 +200,7 @@ def test_an_arm_of_thirty_joints_names_those_that_matter():
     of = sr.Scenario(
         arm=sr.arms.snake(30),
         start=np.full(30, 0.1),
-        motion=sr.Twist([0, 0.1, 0, 0, 0, 0], duration=0.5),
+        motion=sr.ConstantTwist([0, 0.1, 0, 0, 0, 0], duration=0.5),
         faults=[sr.Fault("j17", at=0.2)],
     )
     figure, _ = drawn(of)
@@ -217,7 +217,7 @@ def test_neighbours_among_many_joints_are_named_together(failing, named):
     of = sr.Scenario(
         arm=sr.arms.snake(30),
         start=np.full(30, 0.1),
-        motion=sr.Twist([0, 0.1, 0, 0, 0, 0], duration=0.5),
+        motion=sr.ConstantTwist([0, 0.1, 0, 0, 0, 0], duration=0.5),
         faults=[sr.Fault(joint, at=0.2) for joint in failing],
     )
     figure, _ = drawn(of)
@@ -259,7 +259,7 @@ def test_laws_are_told_apart_and_one_that_runs_wild_does_not_set_the_scale():
     laws = {"least-error": sr.LeastError(), "pseudoinverse": sr.Pseudoinverse()}
     results = {}
     for name, law in laws.items():
-        of = scenario(law=law, motion=sr.Twist([0, 0, 4.0, 0, 0, 0], duration=2.0), rate_limits=0.05)
+        of = scenario(law=law, motion=sr.ConstantTwist([0, 0, 4.0, 0, 0, 0], duration=2.0), velocity_limits=0.05)
         run = sr.simulate(of)
         results[name] = (of, run, summary(of, run))
     figure = comparison(results)

@@ -1,0 +1,22 @@
+"""Simulation: a Scenario in, a Run out."""
+
+from stillreach.simulation.motion import ConstantTwist
+from stillreach.simulation.pose_table import PoseTable
+from stillreach.simulation.run import Run
+from stillreach.simulation.scenario import Scenario
+from stillreach.simulation.scenario_file import scenario_names, scenario_schema
+from stillreach.simulation.shapes import Circle, Line, Waypoints
+from stillreach.simulation.simulate import simulate
+
+__all__ = [
+    "Circle",
+    "ConstantTwist",
+    "Line",
+    "PoseTable",
+    "Run",
+    "Scenario",
+    "Waypoints",
+    "scenario_names",
+    "scenario_schema",
+    "simulate",
+]

@@ -1,0 +1,144 @@
+"""Where commanded twists lead.
+
+Followed exactly from a pose (p, R) for a time t, a held twist [v; w] along base axes leads to (p + v t, exp(w t) R):
+the point moves on a straight line while the attitude turns about a fixed axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stillreach import _door
+from stillreach._door import FloatArray
+from stillreach.errors import InputError
+from stillreach.simulation.course import Course, Plan
+from stillreach.simulation.motion import ConstantTwist, Motion, commands
+from stillreach.simulation.rotations import exp, log
+
+GAUSS = np.array([0.5 - np.sqrt(3.0) / 6.0, 0.5 + np.sqrt(3.0) / 6.0])
+"""Nodes of the two-point rule on [0, 1]."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A course in the ticks of a scenario: it begins and ends with a tick, stretched by less than a tick.
+
+    Args:
+        plan: the course from where it begins.
+        duration: its own [s].
+        first, end: its first and last tick.
+        period: time between ticks [s].
+    """
+
+    plan: Plan
+    duration: float
+    first: int
+    end: int
+    period: float
+
+    def at(self, ticks: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Poses (K, 4, 4) and twists (K, 6) at ticks (K,), which may lie between whole ones."""
+        count = self.end - self.first
+        poses, twists = self.plan.at((ticks - self.first) / count * self.duration)
+        return poses, twists * (self.duration / (count * self.period))
+
+
+def stretches(
+    motion: Sequence[Motion], starts: Sequence[int], period: float, T_start: FloatArray
+) -> dict[int, Stretch]:
+    """The courses of a motion, each from the pose that the parts before it lead to.
+
+    Args:
+        motion: the parts.
+        starts: (parts + 1,) tick at which each part begins, and the last one ends.
+        period: time between ticks [s].
+        T_start: (4, 4) [m] pose at the start.
+
+    Returns:
+        By the index of the part.
+
+    Raises:
+        InputError: a course is shorter than a tick, or cannot begin where the parts before it lead.
+    """
+    found: dict[int, Stretch] = {}
+    last_course = max((place for place, part in enumerate(motion) if isinstance(part, Course)), default=-1)
+    for place, part in enumerate(motion[: last_course + 1]):
+        first, end = starts[place : place + 2]
+        if isinstance(part, ConstantTwist):
+            T_start = _held(T_start, part.twist, np.array([(end - first) * period]))[0]
+        elif isinstance(part, Course):
+            if end <= first or part.duration < period:
+                raise InputError(
+                    f"motion[{place}].duration", f"{part.duration:g} s", f"at least a period, {period:g} s"
+                )
+            try:
+                plan = part.plan(T_start)
+            except InputError as error:
+                raise InputError(f"motion[{place}].{error.argument}", error.got, error.expected) from None
+            found[place] = Stretch(plan, part.duration, first, end, period)
+            T_start = plan.at(np.array([part.duration]))[0][0]
+    return found
+
+
+def held_between(poses: FloatArray, period: float) -> FloatArray:
+    """The twists (K, 6) that, each held for a period, lead from pose to pose of (K + 1, 4, 4)."""
+    turns = poses[1:, :3, :3] @ np.swapaxes(poses[:-1, :3, :3], 1, 2)
+    return np.hstack([np.diff(poses[:, :3, 3], axis=0), log(turns)]) / period
+
+
+def followed(T_start: npt.ArrayLike, twists: npt.ArrayLike, durations: npt.ArrayLike) -> FloatArray:
+    """The poses of a tool that follows held twists exactly, one after the other.
+
+    Args:
+        T_start: (4, 4) [m] pose at the start.
+        twists: (K, 6) [m/s, rad/s].
+        durations: (K,) or one for all [s] how long each is held.
+
+    Returns:
+        (K + 1, 4, 4) [m], the start first.
+
+    Raises:
+        InputError: a start that is not rigid, twists of another shape, or another number of durations.
+    """
+    held = _door.matrix("twists", twists, (None, 6))
+    times = _door.vector("durations", durations, len(held))
+    return _moved(_door.pose("T_start", T_start), held * times[:, None])
+
+
+def led_to(T_start: FloatArray, motion: Sequence[Motion], part: int, times: FloatArray) -> FloatArray:
+    """The poses at some times (K,) [s] within one part of a motion, from the pose at the first of them, (K, 4, 4) [m].
+
+    A held twist is followed exactly, a function of time to fourth order in the differences of the times (Magnus
+    expansion).
+    """
+    if part >= len(motion) or isinstance(motion[part], ConstantTwist):
+        return _held(T_start, commands(motion, times[:1], part)[0], times - times[0])
+    steps = np.diff(times)[:, None]
+    nodes = times[:-1, None] + steps * GAUSS
+    early, late = np.moveaxis(commands(motion, nodes.ravel(), part).reshape(-1, 2, 6), 1, 0)
+    moves = 0.5 * steps * (early + late)
+    moves[:, 3:] += np.sqrt(3.0) / 12.0 * steps**2 * np.cross(late[:, 3:], early[:, 3:])
+    return _moved(T_start, moves)
+
+
+def _held(T_start: FloatArray, twist: FloatArray, times: FloatArray) -> FloatArray:
+    """The poses (K, 4, 4) to which a held twist leads from T_start in some times (K,) [s]."""
+    moves = times[:, None] * twist
+    poses = np.tile(T_start, (len(times), 1, 1))
+    poses[:, :3, 3] += moves[:, :3]
+    poses[:, :3, :3] = exp(moves[:, 3:]) @ T_start[:3, :3]
+    return poses
+
+
+def _moved(T_start: FloatArray, moves: FloatArray) -> FloatArray:
+    """The poses after moves (K, 6), shift [m] and rotation vector [rad] along base axes; the start first."""
+    poses = np.tile(np.eye(4), (len(moves) + 1, 1, 1))
+    poses[0] = T_start
+    poses[1:, :3, 3] = T_start[:3, 3] + np.cumsum(moves[:, :3], axis=0)
+    for k, turn in enumerate(exp(moves[:, 3:])):
+        poses[k + 1, :3, :3] = turn @ poses[k, :3, :3]
+    return poses

@@ -1,0 +1,177 @@
+"""A run in a few numbers: did the tool arrive, if not why, how far off was it, which limits were its joints at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stillreach._door import FloatArray
+from stillreach.simulation.ability import lost_directions
+from stillreach.simulation.commanded import beside_path, commanded, deviation, off_goal
+from stillreach.simulation.held import has_rate_limits, held_back, rate_shares
+from stillreach.simulation.run import Run
+from stillreach.simulation.scenario import Scenario
+from stillreach.simulation.why import Why, why_missed
+from stillreach.status import Status
+
+POSITION_SHARE, ANGLE_SHARE = 0.01, 0.01
+"""A tool has arrived when it ends this near to its goal, relative to the whole way and the whole turn,"""
+POSITION_FLOOR, ANGLE_FLOOR = 1e-3, np.deg2rad(1.0)
+"""or this near: [m] and [rad]."""
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The largest value of something, and when it was [s]."""
+
+    value: float
+    time: float
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What ``summary`` found.
+
+    Args:
+        finished: the run is whole and the tool ends at its goal: neither distance is above what is allowed.
+        interrupted: Ctrl-C ended the run early.
+        end: [s] time of the last tick.
+        linear, angular: whether the task has rows in [m/s], in [rad/s]; what it has not is 0 below.
+        goal_distance, goal_angle: from the tool to where it should be at the end [m, rad], in the rows of the task.
+        allowed_distance, allowed_angle: how much of these still counts as arrived [m, rad].
+        way, turn: length and angle of the commanded motion [m, rad].
+        distance, angle: the farthest from where it should be at the time [m, rad], or at the path time of a clock that
+            follows the arm.
+        gave_way: parts of the task, "position" and "orientation", that were farther off than what counts as arrived.
+        beside: the farthest from its path [m], whenever it should have been where.
+        task_error: the largest weighted norm of what the rates leave undone of the twist asked for.
+        rate: the largest rate as a fraction of its joint's limit, derated where that is; None where no joint has one.
+        rate_joint: whose; a name.
+        rate_value: [rad/s, m/s] that rate.
+        statuses: share of the ticks for each status flag that was raised, 0 to 1, OK included.
+        held: [s] for each joint that was at a limit while it worked, how long at which.
+        singular_values: of the working joints' weighted Jacobian at the end, falling.
+        lost: (lost, rows) unit twists [m, rad] in which rates inside their limits give less than 1 mm/s or 0.1 deg/s
+            at the end.
+        why: why the tool did not arrive; None where it did, or where Ctrl-C ended the run.
+    """
+
+    finished: bool
+    interrupted: bool
+    end: float
+    linear: bool
+    angular: bool
+    goal_distance: float
+    goal_angle: float
+    allowed_distance: float
+    allowed_angle: float
+    way: float
+    turn: float
+    distance: Peak
+    angle: Peak
+    gave_way: tuple[str, ...]
+    beside: float
+    task_error: Peak
+    rate: Peak | None
+    rate_joint: str | None
+    rate_value: float
+    statuses: dict[str, float]
+    held: dict[str, dict[str, float]]
+    singular_values: FloatArray
+    lost: FloatArray
+    why: Why | None
+
+    @property
+    def longest(self) -> tuple[str, str, float] | None:
+        """Joint, limit and time [s] of the joint that was at one longest; None where none was."""
+        spans = [(time, joint, bound) for joint, found in self.held.items() for bound, time in found.items()]
+        if not spans:
+            return None
+        time, joint, bound = max(spans, key=lambda span: span[0])
+        return joint, bound, time
+
+
+def summary(
+    scenario: Scenario, run: Run, *, allowed_distance: float | None = None, allowed_angle: float | None = None
+) -> Summary:
+    """A run of a scenario in a few numbers.
+
+    Args:
+        scenario: what was run.
+        run: what happened; at least one tick.
+        allowed_distance: [m] how far from its goal a tool has arrived; None: 1 % of the way, at least 1 mm.
+        allowed_angle: [rad] likewise; None: 1 % of the turn, at least 1 deg.
+    """
+    rows = scenario.task.indices if scenario.task is not None else range(6)
+    goal = commanded(scenario)
+    way, turn = goal.length()
+    shift, angle = deviation(scenario, run)
+    near = max(POSITION_SHARE * way, POSITION_FLOOR) if allowed_distance is None else allowed_distance
+    turned = max(ANGLE_SHARE * turn, ANGLE_FLOOR) if allowed_angle is None else allowed_angle
+    rate, joint, value = _largest_rate(scenario, run)
+    sigma, lost = _left_at_end(scenario, run)
+    ends = (float(shift[-1]), float(angle[-1])) if scenario.clock == "time" else off_goal(scenario, run, goal)
+    whole = len(run) > scenario.steps
+    finished = whole and ends[0] <= near and ends[1] <= turned
+    return Summary(
+        finished=finished,
+        interrupted=bool(run.attrs.get("interrupted", 0)),
+        end=float(run.time[-1]),
+        linear=min(rows) < 3,
+        angular=max(rows) >= 3,
+        goal_distance=ends[0],
+        goal_angle=ends[1],
+        allowed_distance=float(near),
+        allowed_angle=float(turned),
+        way=way,
+        turn=turn,
+        distance=_peak(run.time, shift),
+        angle=_peak(run.time, angle),
+        gave_way=("position",) * bool(np.max(shift) > near) + ("orientation",) * bool(np.max(angle) > turned),
+        beside=beside_path(scenario, run, goal),
+        task_error=_peak(run.time, run.task_error),
+        rate=rate,
+        rate_joint=joint,
+        rate_value=value,
+        statuses=status_shares(run),
+        held=held_back(run, scenario.period),
+        singular_values=sigma,
+        lost=lost,
+        why=why_missed(scenario, run) if whole and not finished else None,
+    )
+
+
+def status_shares(run: Run) -> dict[str, float]:
+    """Share of the ticks for each status flag that was raised, 0 to 1, largest first; OK where none was."""
+    shares = {str(flag.name): float(np.mean((run.status & flag.value) != 0)) for flag in Status if flag}
+    shares["OK"] = float(np.mean(run.status == 0))
+    return dict(sorted(((k, v) for k, v in shares.items() if v > 0.0), key=lambda pair: -pair[1]))
+
+
+def _peak(time: FloatArray, values: FloatArray) -> Peak:
+    place = int(np.argmax(values))
+    return Peak(float(values[place]), float(time[place]))
+
+
+def _largest_rate(scenario: Scenario, run: Run) -> tuple[Peak | None, str | None, float]:
+    """The largest rate against its limit; else against the others."""
+    share = rate_shares(scenario, run)
+    limited = bool(np.any(share)) or (not np.any(run.rates) and has_rate_limits(scenario))
+    tick, joint = np.unravel_index(np.argmax(share if limited else np.abs(run.rates)), share.shape)
+    peak = Peak(float(share[tick, joint]), float(run.time[tick])) if limited else None
+    return peak, run.joint_names[joint], float(run.rates[tick, joint])
+
+
+def _left_at_end(scenario: Scenario, run: Run) -> tuple[FloatArray, FloatArray]:
+    """Singular values of the working joints at the end, and the directions that are lost there.
+
+    Without acceleration limits, which leave a joint little at one tick and everything at a later one.
+    """
+    controller = replace(scenario, acceleration_limits=np.inf).controller()
+    for fault in sorted(scenario.faults, key=lambda fault: fault.at):  # of two on one joint the later holds
+        if fault.at <= run.time[-1] and (fault.until is None or fault.until > run.time[-1]):
+            controller.fail(fault.joint, fault.kind)
+    out = controller.step(run.q[-1], np.zeros(6))
+    J, lower, upper = np.asarray(out.jacobian), np.asarray(out.lower), np.asarray(out.upper)
+    return np.asarray(out.singular_values()), lost_directions(J, lower, upper, controller.task.indices)

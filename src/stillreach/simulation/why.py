@@ -1,0 +1,229 @@
+"""Why a tool did not arrive: since when, along which direction, and what the arm could still do.
+
+Every tick of the run is solved again for the least error inside its bounds. What that leaves undone is the normal of a
+plane that no rates inside the bounds cross, so the largest motion along it is known: by gain, not by rank.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stillreach._door import FloatArray
+from stillreach.batch import BatchSolution, solve_batch
+from stillreach.laws import KeepDirection, Law, LeastError
+from stillreach.simulation.ability import in_words, most_along
+from stillreach.simulation.commanded import in_axes
+from stillreach.simulation.run import Run
+from stillreach.simulation.scenario import Scenario
+from stillreach.task import UNIT_WEIGHTS, Task
+
+MISSED = 0.01
+"""A tick misses its command where more than this part of it is left undone,"""
+NOTHING = 1e-9
+"""and more than this, in weighted units."""
+HARDLY = 0.1
+"""An arm can hardly move along a direction where it can do at most this part of what is commanded along it."""
+GAP = 0.02
+"""Stretches of ticks that are nearer to each other, relative to the whole run, are one."""
+
+
+@dataclass(frozen=True)
+class Why:
+    """Why a tool did not arrive.
+
+    Args:
+        sentence: all of it in words.
+        since, until: [s] the first tick that missed its command, and the first one after the last; until is None for
+            the end of the run, both where no tick missed its command.
+        at: [s] the tick that the rest is judged at.
+        direction: (m,) unit twist in the task's rows, in the units of its weights, along which the bounds allow too
+            little; None where they allow all of the command.
+        possible: the largest motion along it that rates inside the bounds make, relative to the commanded one; below 0
+            where a runaway joint moves the tool the other way.
+        instead: what the arm could have done: "position", "orientation", "slower" or None.
+    """
+
+    sentence: str
+    since: float | None = None
+    until: float | None = None
+    at: float | None = None
+    direction: FloatArray | None = None
+    possible: float | None = None
+    instead: str | None = None
+
+
+def why_missed(scenario: Scenario, run: Run) -> Why:
+    """Why the tool of a whole run did not arrive."""
+    misses = _Misses(scenario, run)
+    stretch = misses.main(misses.impossible)
+    if stretch is not None:
+        return _impossible(misses, stretch)
+    stretch = misses.main(misses.missed)
+    if stretch is not None:
+        return _given_up(misses, stretch)
+    done = "every tick does the commanded twist"
+    if scenario.loop == "open":
+        return Why(f"{done}; the error is that of an open loop with steps of {1000 * scenario.period:g} ms")
+    return Why(f"{done}; the feedback needs more time or more gain")
+
+
+class _Misses:
+    """What each tick of a run left undone, and what of it was not possible."""
+
+    def __init__(self, scenario: Scenario, run: Run) -> None:
+        controller = scenario.controller()
+        self.scenario, self.run, self.task, self.weights = scenario, run, controller.task, controller.law.weights
+        self.best = LeastError(price=None, weights=self.weights)
+        self.row_weights = np.asarray(controller.step(scenario.start, np.zeros(6)).row_weights)
+        wanted = in_axes(scenario, run.command, run.pose)[:, self.task.indices]
+        self.wanted = wanted @ self.row_weights.T
+        """(T, m) the command in weighted units,"""
+        left = solve_batch(
+            scenario.arm, self.best, run.q, run.command, (run.lower, run.upper), task=self.task, want="residual"
+        ).residual
+        self.left = np.asarray(left) @ self.row_weights.T
+        """and what the best rates leave undone of it."""
+        size = np.linalg.norm(self.wanted, axis=1)
+        self.undone = np.linalg.norm(self.left, axis=1)
+        least = MISSED * size + NOTHING
+        self.missed = run.task_error > least
+        self.impossible = self.missed & (self.undone > least)
+        along = np.einsum("tm,tm->t", self.left, self.wanted)
+        part = np.divide(self.undone**2, along, out=np.full(len(run), np.inf), where=along > 0.0)
+        self.hardly = self.impossible & (1.0 - part <= HARDLY)
+        self.share = np.divide(run.task_error, size, out=np.ones(len(run)), where=size > 0.0)
+
+    def main(self, ticks: np.ndarray) -> tuple[int, int] | None:
+        """First and last tick of the stretch that the run ends in, or else of the one that leaves most undone."""
+        found = self._stretches(ticks)
+        if not found:
+            return None
+        if found[-1][1] >= len(self.run) - 1 - self._gap:
+            return found[-1]
+        return max(found, key=lambda stretch: float(np.sum(self.run.task_error[stretch[0] : stretch[1] + 1])))
+
+    def ends(self, stretch: tuple[int, int]) -> float | None:
+        """[s] the first tick after a stretch; None at the end of the run."""
+        return None if stretch[1] >= len(self.run) - 1 - self._gap else float(self.run.time[stretch[1] + 1])
+
+    def barrier(self, tick: int) -> tuple[FloatArray, float]:
+        """The direction along which the bounds allow too little, and how much of the command along it.
+
+        The best rates' residual is the normal of a plane that no rates inside the bounds cross.
+        """
+        run = self.run
+        normal = self.row_weights.T @ self.left[tick]
+        J = np.asarray(self.again(tick, self.best, self.task, "jacobian").jacobian)[0]
+        most = most_along(J, run.lower[tick], run.upper[tick], normal)
+        asked = float(self.left[tick] @ self.wanted[tick])
+        units = self.weights or self.task.weights or UNIT_WEIGHTS
+        direction = normal * np.where(np.less(self.task.indices, 3), units.length, units.angle)
+        possible = most / asked if asked > 0.0 else -np.inf if most < 0.0 else 0.0
+        return direction / np.linalg.norm(direction), possible
+
+    def again(self, tick: int, law: Law, task: Task, want: str) -> BatchSolution:
+        """The answer to a tick of the run from another law, or for another task."""
+        run, one = self.run, slice(tick, tick + 1)
+        bounds = (run.lower[one], run.upper[one])
+        return solve_batch(self.scenario.arm, law, run.q[one], run.command[one], bounds, task=task, want=want)
+
+    @property
+    def _gap(self) -> int:
+        return max(5, round(GAP * len(self.run)))
+
+    def _stretches(self, ticks: np.ndarray) -> list[tuple[int, int]]:
+        places = np.flatnonzero(ticks)
+        if not len(places):
+            return []
+        breaks = np.flatnonzero(np.diff(places) > self._gap)
+        firsts, lasts = np.append(places[0], places[breaks + 1]), np.append(places[breaks], places[-1])
+        return list(zip(firsts.tolist(), lasts.tolist(), strict=True))
+
+
+def _impossible(misses: _Misses, stretch: tuple[int, int]) -> Why:
+    """The bounds did not allow the command: along which direction, and how much of it."""
+    inside = np.zeros(len(misses.run), dtype=bool)
+    inside[stretch[0] : stretch[1] + 1] = True
+    worst = misses.undone * inside
+    hardly = misses.hardly & inside
+    if np.sum(worst[hardly]) >= 0.5 * np.sum(worst):
+        stretch = misses.main(hardly) or stretch
+        tick = stretch[0]
+    else:
+        tick = int(np.argmax(worst))
+    since, until = float(misses.run.time[stretch[0]]), misses.ends(stretch)
+    direction, possible = misses.barrier(tick)
+    instead, slower = _instead(misses, tick)
+    text = _limited(since, until, _along(misses, direction), possible)
+    text += _could(instead, slower, until is not None)
+    if until is not None:
+        text += "; in open loop nothing makes up for it" if misses.scenario.loop == "open" else ""
+    return Why(text, since, until, float(misses.run.time[tick]), direction, possible, instead)
+
+
+def _limited(since: float, until: float | None, direction: str, possible: float) -> str:
+    """When the arm could do how little along a direction."""
+    past = until is not None
+    if possible < 0.0:
+        moves = "moved" if past else "moves"
+        return (
+            f"{_when(since, until)} a runaway joint {moves} the tool against {direction}, and the others cannot stop it"
+        )
+    if possible <= HARDLY:
+        return f"{_when(since, until)} the arm {'could' if past else 'can'} hardly move along {direction}"
+    slow = f"{'was' if past else 'is'} too slow along {direction}: at most {100 * possible:.3g} % of what is commanded"
+    return f"{_when(since, until)} the arm {slow}"
+
+
+def _when(since: float, until: float | None) -> str:
+    return f"from {since:g} s on" if until is None else f"from {since:g} to {until:g} s"
+
+
+def _could(instead: str | None, slower: float, past: bool) -> str:
+    could = "could have" if past else "could"
+    if instead == "slower":
+        return f"; at {100 * slower:.3g} % of the speed it {could}"
+    if instead is not None:
+        return f"; without {'orientation' if instead == 'position' else 'position'} it {could}"
+    return ""
+
+
+def _given_up(misses: _Misses, stretch: tuple[int, int]) -> Why:
+    """The bounds allowed the command, and the law did less."""
+    since, until = float(misses.run.time[stretch[0]]), misses.ends(stretch)
+    tick = stretch[0] + int(np.argmax(misses.run.task_error[stretch[0] : stretch[1] + 1]))
+    leaves = f"{type(misses.scenario.law).__name__} {'leaves' if until is None else 'left'}"
+    share = f"up to {100 * misses.share[tick]:.3g} % of the commanded twist"
+    text = f"{_when(since, until)} {leaves} {share} undone, which rates inside the bounds could do"
+    return Why(text, since, until, float(misses.run.time[tick]))
+
+
+def _instead(misses: _Misses, tick: int) -> tuple[str | None, float]:
+    """What part of the command was possible at a tick, and which fraction of all of it."""
+    task = misses.task
+    scale = float(_number(misses.again(tick, KeepDirection(weights=misses.weights), task, "scale").scale))
+    if HARDLY <= scale < 1.0:
+        return "slower", scale
+    wanted = in_axes(misses.scenario, misses.run.command[tick : tick + 1], misses.run.pose[tick : tick + 1])[0]
+    parts = {"position": [row for row in task.indices if row < 3], "orientation": [r for r in task.indices if r >= 3]}
+    for name, rows in parts.items():
+        size = float(np.linalg.norm(wanted[rows]))
+        if len(rows) == task.m or size <= MISSED * np.linalg.norm(wanted):
+            continue  # all of the task, or nothing to do
+        part = Task(rows=tuple(row in rows for row in range(6)), frame=task.frame, tool=task.tool)
+        left = misses.again(tick, LeastError(price=None), part, "task_error").task_error
+        if _number(left) <= MISSED * size + NOTHING:
+            return name, scale
+    return None, scale
+
+
+def _along(misses: _Misses, direction: FloatArray) -> str:
+    """A direction in words, with the axes where they are not the base's."""
+    return in_words(direction, misses.task.indices) + ("" if misses.task.frame == "base" else " (tool axes)")
+
+
+def _number(values: Any) -> float:
+    return float(np.asarray(values)[0])
