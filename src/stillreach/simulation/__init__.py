@@ -6,7 +6,7 @@ from stillreach.simulation.run import Run
 from stillreach.simulation.scenario import Scenario
 from stillreach.simulation.scenario_file import scenario_names, scenario_schema
 from stillreach.simulation.shapes import Circle, Line, Waypoints
-from stillreach.simulation.simulate import simulate
+from stillreach.simulation.simulator import simulate
 
 __all__ = [
     "Circle",

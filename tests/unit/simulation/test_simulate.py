@@ -47,7 +47,7 @@ def test_an_euler_step_holds_the_rates_until_the_next_tick():
 @pytest.mark.parametrize("integrator", ["euler", "rk4"])
 def test_the_size_of_the_chunks_changes_nothing(integrator, monkeypatch):
     whole = small_run(integrator=integrator)
-    module = sys.modules["stillreach.simulation.simulate"]  # the attribute of this name is the function
+    module = sys.modules["stillreach.simulation.simulator"]
     monkeypatch.setattr(module, "FIRST_CHUNK", 1)
     monkeypatch.setattr(module, "CHUNK_SECONDS", 0.0)
     pieces = small_run(integrator=integrator)
