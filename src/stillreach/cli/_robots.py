@@ -10,8 +10,9 @@ from io import BytesIO
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, NamedTuple
 
+from stillreach._messages import did_you_mean
 from stillreach._text import UTF_16_MARKS
-from stillreach.errors import InputError, RobotFileError, did_you_mean
+from stillreach.errors import InputError, RobotFileError
 
 if TYPE_CHECKING:
     from stillreach.arm import Arm
@@ -144,7 +145,7 @@ def _file(robot: str) -> Path:
     """Where the file is; what reads ``package:`` takes its time to import."""
     if not robot.startswith("package:"):
         return Path(robot)
-    from stillreach.simulation.scenario_file.packages import file_at
+    from stillreach._packages import file_at
 
     return file_at(robot, Path())
 

@@ -15,7 +15,7 @@ from stillreach._door import FloatArray
 from stillreach.arm.model import Arm
 from stillreach.control import limits as of
 from stillreach.errors import InputError
-from stillreach.faults import Derated, FaultKind, Locked, fault_kind
+from stillreach.faults import FaultKind, Locked, fault_kind
 from stillreach.laws import Law, LeastError
 from stillreach.null_motions import Manipulability, NullMotion, checked_null_motion, null_motion_settings
 from stillreach.status import Health, Status
@@ -255,7 +255,7 @@ class Controller(ControllerCore):
         if bounds is None:
             share = np.ones(self._arm.n)
             for joint, kind in self._faults.items():
-                share[joint] = kind.fraction if isinstance(kind, Derated) else 0.0
+                share[joint] = kind.share
             rates = np.max(np.abs(self._limits.velocity), axis=1)
             rates = np.multiply(rates, share, out=np.zeros_like(rates), where=share > 0.0)
             bounds = of.swiftest(self._arm, self._task.tool, rates, self._limits.position)
