@@ -9,8 +9,9 @@ import pytest
 PACKAGE = Path(__file__).parents[2] / "src" / "stillreach"
 
 LAYERS = (
-    {"_core", "errors", "_labels", "_door", "_files", "_text", "_units"},
+    {"_core", "errors", "_labels", "_door", "_files", "_text", "_units", "_rotations"},
     {"arm"},
+    {"arms"},
     {"bounds", "faults", "null_motions", "task", "status", "insight"},
     {"laws"},
     {"batch", "rollouts"},

@@ -12,7 +12,7 @@ from stillreach._door import FloatArray
 from stillreach.arm.follower import Follower
 from stillreach.arm.joint import Joint
 from stillreach.arm.mimic import LARGEST, Place
-from stillreach.arm.placements import moved
+from stillreach.arm.placements import moved, rigid
 from stillreach.arm.robot_file import RobotFile, shown
 
 MAX_PASSED, MAX_MOVING = 2000, 1000
@@ -137,23 +137,3 @@ def _common(ranges: list[tuple[float, float]]) -> tuple[float, float] | None:
     """The range that all have in common, or None where that is less than a range."""
     lower, upper = max(pair[0] for pair in ranges), min(pair[1] for pair in ranges)
     return (lower, upper) if lower < upper else None
-
-
-def rigid(T: FloatArray) -> FloatArray:
-    """The transform with the rounding of many products taken out of its rotation."""
-    R = T[:3, :3]
-    clean = np.eye(4)
-    clean[:3, 3] = T[:3, 3]
-    if np.max(np.abs(R @ R.T - np.eye(3))) > 1e-14:
-        U, _, Vt = np.linalg.svd(R)
-        R = U @ Vt
-    clean[:3, :3] = R
-    return clean
-
-
-def inverse(T: FloatArray) -> FloatArray:
-    """The inverse of a rigid transform."""
-    back = np.eye(4)
-    back[:3, :3] = T[:3, :3].T
-    back[:3, 3] = -T[:3, :3].T @ T[:3, 3]
-    return back

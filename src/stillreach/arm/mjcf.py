@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 
 from stillreach._door import FloatArray
-from stillreach.arm.chain import Chain, ChainBuilder, Move, inverse
+from stillreach._rotations import from_quaternions
+from stillreach.arm.chain import Chain, ChainBuilder, Move
 from stillreach.arm.mimic import Mimic, Positions
-from stillreach.arm.placements import from_quaternion, moved, translation
+from stillreach.arm.placements import inverse, moved, translation, turned
 from stillreach.arm.robot_file import RobotFile, listing, read
 from stillreach.arm.robot_xml import parse
 from stillreach.errors import MissingExtraError, RobotFileError
@@ -218,4 +219,4 @@ class _Bodies:
 
 def _pose(position: FloatArray, quaternion: FloatArray) -> FloatArray:
     """(4, 4) from a position (3,) [m] and a unit quaternion (4,), scalar first."""
-    return translation(*position) @ from_quaternion(*(quaternion / np.linalg.norm(quaternion)))
+    return translation(*position) @ turned(from_quaternions("quat", quaternion))

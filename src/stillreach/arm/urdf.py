@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from stillreach.arm.chain import Chain, ChainBuilder, inverse
+from stillreach.arm.chain import Chain, ChainBuilder
 from stillreach.arm.mimic import Mimic, Positions
+from stillreach.arm.placements import inverse
 from stillreach.arm.robot_file import RobotFile, listing, read, shown
 from stillreach.arm.robot_xml import XACRO, XACRO_ADVICE, Element, parse
 from stillreach.arm.urdf_joint import Movement, read_movement

@@ -8,16 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillreach._door import FloatArray, unit_vector
+from stillreach._rotations import from_quaternions, from_rpy, shortest_turn_from_z
 from stillreach.arm.chain import Move
 from stillreach.arm.mimic import LARGEST, Mimic
-from stillreach.arm.placements import (
-    from_quaternion,
-    rotation_x,
-    rotation_y,
-    rotation_z,
-    shortest_turn_from_z,
-    translation,
-)
+from stillreach.arm.placements import translation, turned
 from stillreach.arm.robot_file import RobotFile
 from stillreach.arm.robot_xml import XACRO, XACRO_ADVICE, Element
 from stillreach.arm.urdf_numbers import JointNumbers
@@ -87,16 +81,15 @@ def _origin(numbers: JointNumbers) -> FloatArray:
             return place @ _turned(numbers, element)
         if not has_angles:
             raise numbers.error(element, "quat_xyzw in a file of URDF 1.0", 'rpy, or <robot version="1.1">')
-    roll, pitch, yaw = numbers.several(element, "rpy", 3, (0.0, 0.0, 0.0), LARGEST)
-    return place @ rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll)
+    return place @ turned(from_rpy(numbers.several(element, "rpy", 3, (0.0, 0.0, 0.0), LARGEST)))
 
 
 def _turned(numbers: JointNumbers, element: Element) -> FloatArray:
     xyzw = numbers.several(element, "quat_xyzw", 4)
     if not any(xyzw):
         raise numbers.error(element, "a quaternion of length 0", "quat_xyzw='0 0 0 1' for no turn")
-    x, y, z, w = unit_vector("quat_xyzw", xyzw, 4)
-    return from_quaternion(w, x, y, z)
+    x, y, z, w = xyzw
+    return turned(from_quaternions("quat_xyzw", (w, x, y, z)))
 
 
 def _axis(numbers: JointNumbers) -> FloatArray:

@@ -6,15 +6,15 @@ from collections.abc import Iterable
 from importlib import resources
 from pathlib import Path
 
+from stillreach.arms import BUILDERS
 from stillreach.cli._laws import LAWS, VARIANTS
-from stillreach.cli._robots import BUILT_IN
 
 SIZED_EXAMPLES = {"planar": "planar7", "snake": "snake30"}
 
 
 def complete_robot(incomplete: str) -> list[str]:
     """Built-in arms and robot files."""
-    names = [SIZED_EXAMPLES.get(arm.name, arm.name) for arm in BUILT_IN]
+    names = [SIZED_EXAMPLES.get(name, name) for name in BUILDERS]
     return [*_starting(names, incomplete), *_files(incomplete, ("urdf", "xml"))]
 
 
