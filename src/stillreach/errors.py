@@ -16,7 +16,7 @@ class StillreachError(Exception):
 
 
 class InputError(StillreachError, ValueError):
-    """An argument is not what the function can use.
+    """An argument is invalid.
 
     Args:
         argument: name of the argument, as the caller wrote it.
@@ -35,7 +35,7 @@ class InputError(StillreachError, ValueError):
 
 
 class UnknownJointError(InputError):
-    """A joint was asked for, by name or index, that the arm does not have.
+    """The arm has no joint of that name or index.
 
     Args:
         argument: name of the argument, as the caller wrote it.
@@ -51,7 +51,7 @@ class UnknownJointError(InputError):
 
 
 class RobotFileError(InputError):
-    """A robot file, or what was asked of it, is not what an arm can be made of.
+    """An arm cannot be made from this robot file or from these arguments.
 
     Args:
         argument: name of the argument, as the caller wrote it: ``"path"``, ``"tip"``, ``"base"`` or ``"fixed"``.
@@ -134,11 +134,11 @@ class ScenarioFileError(InputError):
 
 
 class MissingExtraError(StillreachError, ImportError):
-    """An optional part was asked for whose packages are not installed.
+    """An optional part is missing its packages.
 
     Args:
         extra: name of the extra that brings them.
-        purpose: what asked for it, e.g. ``"run.save()"``.
+        purpose: what needs it, e.g. ``"run.save()"``.
     """
 
     def __init__(self, extra: str, purpose: str) -> None:

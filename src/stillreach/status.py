@@ -1,4 +1,4 @@
-"""What a tick answers: flags of what happened, and the reasons of active bounds."""
+"""Status flags of a tick, reasons of active bounds, health of joints."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 class Status(IntFlag):
-    """What happened in a tick; several things can be true. The flags are the compiled core's."""
+    """Flags of a tick; several can be set. The values are the compiled core's."""
 
     OK = 0
     """No other flag."""
@@ -23,7 +23,7 @@ class Status(IntFlag):
     OVER_LIMIT = 16
     """The rates exceed a bound (Pseudoinverse only)."""
     NO_WORKING_JOINT = 32
-    """Every joint has failed, and none has a choice left."""
+    """Every joint has failed, and no fault leaves a choice."""
     FAULT_NOT_COMPENSATED = 64
     """A runaway joint moves the tool, and the others cannot make up for it."""
     CLIPPED = 128
@@ -31,9 +31,9 @@ class Status(IntFlag):
     LIMIT_GIVEN_UP = 256
     """Limits contradicted each other; the one of lower precedence was given up."""
     ITERATION_LIMIT = 512
-    """A search met its bound on steps; the answer is the best so far, inside the bounds."""
+    """A search reached its limit of steps; the result is the best found, inside the bounds."""
     INVALID_INPUT = 1024
-    """Input that is no finite number; the rates brake."""
+    """An input is NaN or infinite; the rates brake."""
 
     @classmethod
     def _missing_(cls, value: object) -> Any:

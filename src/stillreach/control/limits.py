@@ -44,7 +44,7 @@ class Limits:
             **values: velocity, position, acceleration.
 
         Raises:
-            InputError: a limit of another shape, a NaN, or lower above upper.
+            InputError: if a limit has a wrong shape, holds a NaN, or lower exceeds upper.
         """
         checks = {"velocity": velocity_limits, "position": position_limits, "acceleration": acceleration_limits}
         given: dict[str, Any] = {
