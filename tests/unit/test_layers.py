@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "src" / "stillreach"
 
 LAYERS = (
-    {"_core", "errors", "_labels", "_door", "_files", "_text", "_units", "_rotations"},
+    {"_core", "errors", "_labels", "_door", "_files", "_text", "_units", "_rotations", "_formats"},
     {"arm"},
     {"arms"},
     {"bounds", "faults", "null_motions", "task", "status", "insight"},

@@ -16,7 +16,7 @@ from stillreach._door import FloatArray
 from stillreach._files import new_file
 from stillreach._rotations import rpy
 from stillreach.arm.follower import Moving
-from stillreach.arm.urdf_numbers import NO_LIMIT
+from stillreach.arm.urdf_joint import NO_LIMIT
 from stillreach.errors import InputError
 
 if TYPE_CHECKING:
