@@ -64,11 +64,6 @@ class Arm(Value):
         object.__setattr__(self, "followers", checked(followers, self.joints))
 
     @classmethod
-    def from_joints(cls, joints: Iterable[Joint], *, tool: npt.ArrayLike | None = None, name: str = "arm") -> Arm:
-        """The same as ``Arm(joints, ...)``."""
-        return cls(joints, tool=tool, name=name)
-
-    @classmethod
     def from_modules(
         cls,
         sequence: str,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from stillreach._formats import advice
@@ -13,20 +13,24 @@ from stillreach.arm.robot_xml import Element
 VERSIONS = ("1.0", "1.1", "1.2")
 
 
+Above = Mapping[str, tuple[Element, str]]
+"""By link, the joint whose child it is, and that joint's parent; the root has none."""
+
+
 class Tree(NamedTuple):
     """One tree of links.
 
     Attributes:
         links: their names, in the order of the file.
         joints: their elements by name, in the order of the file.
-        above: by link, the joint whose child it is, and that joint's parent; the root has none.
+        above: how they are connected.
         root: the link that is no joint's child.
         version: of URDF, (1, 0) to (1, 2): what the elements mean.
     """
 
     links: tuple[str, ...]
     joints: dict[str, Element]
-    above: dict[str, tuple[Element, str]]
+    above: Above
     root: str
     version: tuple[int, int]
 
@@ -36,9 +40,10 @@ class Tree(NamedTuple):
 
     def leaves(self, base: str) -> tuple[str, ...]:
         """The links without children below a base link, or all of them if there is nothing below it."""
-        children = _children(self.above)
-        below = set(_below(children, base if base in children else self.root)) - {base, *children}
-        return tuple(link for link in self.links if link in below)
+        parents = {parent for _, parent in self.above.values()}
+        leaves = tuple(link for link in self.links if link not in parents and link != base)
+        tops = _tops(self.links, self.above, base)
+        return tuple(link for link in leaves if tops[link] == base) or leaves
 
 
 def build_tree(root: Element) -> Tree:
@@ -103,36 +108,26 @@ def _end(joint: Element, tag: str, known: set[str], links: tuple[str, ...]) -> s
     return link
 
 
-def _root(robot: Element, links: tuple[str, ...], above: Mapping[str, tuple[Element, str]]) -> str:
+def _root(robot: Element, links: tuple[str, ...], above: Above) -> str:
     """The one link without a parent, from which every link can be reached."""
     roots = [link for link in links if link not in above]
     if len(roots) > 1:
         got = f"{len(roots)} links without a parent: {', '.join(map(shown, roots[:5]))}{', ...' * (len(roots) > 5)}"
         raise robot.file.error(got, "one tree, all of whose links hang together", choices=tuple(roots))
-    reached, children = set(roots), _children(above)
-    for root in roots:
-        reached.update(_below(children, root))
-    link, seen = next((link for link in links if link not in reached), ""), set[str]()
-    while link and link not in seen:
-        seen.add(link)
-        link = above[link][1]
-    if link:
-        joint, parent = above[link]
-        raise joint.error(
-            f"a cycle: link {shown(link)} is above its own parent {shown(parent)}", "a tree, without cycles"
-        )
-    return roots[0]
+    return _tops(links, above, None)[links[0]]
 
 
-def _children(above: Mapping[str, tuple[Element, str]]) -> dict[str, list[str]]:
-    children: dict[str, list[str]] = {}
-    for link, (_, parent) in above.items():
-        children.setdefault(parent, []).append(link)
-    return children
-
-
-def _below(children: Mapping[str, list[str]], link: str) -> Iterator[str]:
-    stack = list(children.get(link, ()))
-    while stack:
-        yield stack[-1]
-        stack += children.get(stack.pop(), ())
+def _tops(links: tuple[str, ...], above: Above, base: str | None) -> dict[str, str]:
+    """By link, where the way up from it ends: at the base or at the root; RobotFileError if it is a cycle."""
+    tops: dict[str, str] = {}
+    for link in links:
+        walk = set[str]()
+        while link in above and link != base and link not in tops:
+            joint, parent = above[link]
+            if link in walk:
+                got = f"a cycle: link {shown(link)} is above its own parent {shown(parent)}"
+                raise joint.error(got, "a tree, without cycles")
+            walk.add(link)
+            link = parent
+        tops |= dict.fromkeys((*walk, link), tops.get(link, link))
+    return tops
