@@ -1,34 +1,31 @@
-"""The formats of robot files: their names, roots and suffixes, and the module that reads each."""
+"""The formats of robot files: what ``Arm.from_urdf`` and its like, the command line and scenario files read."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True)
-class Format:
-    """A format of robot files; ``Arm.from_...`` reads it with ``chain(source, tip, base, fixed)`` of the module.
+class Format(NamedTuple):
+    """A format of robot files.
 
     Attributes:
         word: its name.
         root: tag of a file's root element.
         suffix: of its files.
-        module: the module that reads it.
-        tips: what its tips are.
+        tip: the kinds of things that can carry the tool.
     """
 
     word: str
     root: str
     suffix: str
-    module: str
-    tips: str = "link"
+    tip: str
 
 
 FORMATS = {
-    "urdf": Format("URDF", "robot", "urdf", "stillreach.arm.urdf"),
-    "mjcf": Format("MJCF", "mujoco", "xml", "stillreach.arm.mjcf", "body or site"),
+    "urdf": Format("URDF", "robot", "urdf", "link"),
+    "mjcf": Format("MJCF", "mujoco", "xml", "body or site"),
 }
-"""By the ending of the method of ``Arm`` that reads it."""
+"""By name, as in ``Arm.from_urdf``; the module of that name in ``stillreach.arm`` reads it."""
 
 
 def advice(root: str) -> str:

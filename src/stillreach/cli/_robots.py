@@ -10,6 +10,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
+from stillreach._formats import FORMATS
 from stillreach._text import UTF_16_MARKS
 from stillreach.arms import BUILDERS, by_name, split
 from stillreach.errors import InputError, RobotFileError, did_you_mean
@@ -17,7 +18,8 @@ from stillreach.errors import InputError, RobotFileError, did_you_mean
 if TYPE_CHECKING:
     from stillreach.arm import Arm
 
-ROOT_ELEMENT = re.compile(r"<\s*(?:\w+:)?(robot|mujoco)\b")
+READERS = {f.root: key for key, f in FORMATS.items()}
+ROOT_ELEMENT = re.compile(rf"<\s*(?:\w+:)?({'|'.join(READERS)})\b")
 HEAD_BYTES = 65536
 TOOLS = ("tcp", "tool", "gripper", "effector", "eef", "flange", "hand", "palm")
 """What links that carry the tool are called, the surest first."""
@@ -28,7 +30,7 @@ OPEN_DESCRIPTOR = re.compile(r"/dev/stdin|/(?:dev|proc/self)/fd/\d+")
 """Paths of what is open already, e.g. the pipe of ``<(xacro robot.urdf.xacro)``; opening any other pipe could wait."""
 OPTIONS = {"n": "ROBOT", "tip": "--tip"}
 """What the settings of built-in arms are called on the command line."""
-EXPECTED = "a URDF or MJCF file, - for standard input, or a built-in arm (stillreach arms lists them)"
+EXPECTED = f"a {' or '.join(f.word for f in FORMATS.values())} file, - for standard input, or a built-in arm (stillreach arms lists them)"
 
 
 def load_arm(robot: str, *, tip: str | None, base: str | None, fixed: dict[str, float]) -> Arm:
@@ -57,7 +59,7 @@ def load_arm(robot: str, *, tip: str | None, base: str | None, fixed: dict[str, 
             raise InputError(OPTIONS[error.argument], error.got, error.expected) from None
     source, head = _source(robot)
     root = ROOT_ELEMENT.search(head)
-    read = Arm.from_mjcf if root and root[1] == "mujoco" else Arm.from_urdf
+    read: Callable[..., Arm] = getattr(Arm, f"from_{READERS[root[1]] if root else 'urdf'}")
     try:
         return read(source, tip=tip, base=base, fixed=fixed)
     except RobotFileError as error:
@@ -140,6 +142,6 @@ def _file(robot: str) -> Path:
 def _suggestion(robot: str) -> str:
     """Files in the folder and built-in arms with nearly that name."""
     folder = Path(robot).parent
-    found = (path for kind in ("urdf", "xml") for path in sorted(folder.glob(f"*.{kind}")))
+    found = (path for f in FORMATS.values() for path in sorted(folder.glob(f"*.{f.suffix}")))
     files = [str(path) for path in found if path.is_file()]
     return did_you_mean(robot, [*files, *BUILDERS])
