@@ -30,7 +30,8 @@ OPEN_DESCRIPTOR = re.compile(r"/dev/stdin|/(?:dev|proc/self)/fd/\d+")
 """Paths of what is open already, e.g. the pipe of ``<(xacro robot.urdf.xacro)``; opening any other pipe could wait."""
 OPTIONS = {"n": "ROBOT", "tip": "--tip"}
 """What the settings of built-in arms are called on the command line."""
-EXPECTED = f"a {' or '.join(f.word for f in FORMATS.values())} file, - for standard input, or a built-in arm (stillreach arms lists them)"
+FILES = " or ".join(f.word for f in FORMATS.values())
+EXPECTED = f"a {FILES} file, - for standard input, or a built-in arm (stillreach arms lists them)"
 
 
 def load_arm(robot: str, *, tip: str | None, base: str | None, fixed: dict[str, float]) -> Arm:
