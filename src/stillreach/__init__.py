@@ -10,10 +10,9 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from stillreach import errors, insight, null_motions
+    from stillreach import arms, errors, insight, null_motions
     from stillreach._core import Solution
     from stillreach.arm import Arm, DHRow, Follower, Joint
-    from stillreach.arm import catalogue as arms
     from stillreach.batch import BatchSolution, solve_batch
     from stillreach.bounds import Bounds
     from stillreach.control import Controller
@@ -64,7 +63,7 @@ _HOMES = {
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 _MODULES = {
-    "arms": "arm.catalogue",
+    "arms": "arms",
     "errors": "errors",
     "insight": "insight",
     "null_motions": "null_motions",

@@ -11,8 +11,9 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "src" / "stillreach"
 
 LAYERS = (
-    {"_core", "errors", "_labels", "_door", "_files", "_text", "_units"},
+    {"_core", "errors", "_labels", "_door", "_files", "_text", "_units", "_rotations", "_formats"},
     {"arm"},
+    {"arms"},
     {"bounds", "faults", "null_motions", "task", "status", "insight"},
     {"laws"},
     {"batch", "rollouts"},
