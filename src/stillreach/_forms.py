@@ -129,6 +129,22 @@ class Integer(Form):
         return {"type": "integer", "minimum": self.least, "maximum": self.most}
 
 
+class Sign(Number):
+    """1 or -1."""
+
+    def __init__(self) -> None:
+        super().__init__(least=-1.0, most=1.0)
+        self.expected = "1 or -1"
+
+    def taken(self, value: Any, place: Place, reading: Reading) -> Any:
+        """As it is."""
+        return float(value) if value in (1, -1) else reading.wrong(place, shown(value), self.expected)
+
+    def schema(self, tables: Schema) -> Schema:
+        """The two."""
+        return {"enum": [1, -1]}
+
+
 class Flag(Form):
     """True or false."""
 
@@ -141,13 +157,13 @@ class Flag(Form):
 
 
 class Text(Form):
-    """A text of some letters; an editor offers ``choices``, which whatever takes the text checks."""
+    """A text of some letters; an editor knows its ``names`` as a schema, which whatever takes the text checks."""
 
     types = (str,)
     expected = "a text"
 
-    def __init__(self, least: int = 1, most: int = 1000, choices: tuple[str, ...] = ()) -> None:
-        self.least, self.most, self.choices = least, most, choices
+    def __init__(self, least: int = 1, most: int = 1000, names: Schema | None = None) -> None:
+        self.least, self.most, self.names = least, most, names or {}
 
     def taken(self, value: Any, place: Place, reading: Reading) -> Any:
         """As it is."""
@@ -156,9 +172,8 @@ class Text(Form):
         return reading.wrong(place, shown(value), f"at most {self.most} letters" if value else "a text, not empty")
 
     def schema(self, tables: Schema) -> Schema:
-        """With its lengths and choices."""
-        choices = {"enum": sorted(self.choices)} if self.choices else {}
-        return {"type": "string", "minLength": self.least, "maxLength": self.most, **choices}
+        """With its lengths and names."""
+        return {"type": "string", "minLength": self.least, "maxLength": self.most, **self.names}
 
 
 class Word(Form):

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from stillreach import _door
-from stillreach._forms import JointName, Number
+from stillreach._forms import INF, JointName, Number, Sign
 from stillreach._kinds import Kind, Table, about, key, keys_of
 from stillreach._reading import Reading
 from stillreach.errors import InputError
@@ -21,16 +21,18 @@ class FaultKind(Kind):
 
     health: ClassVar[Health]
     """The joint's state under this fault."""
-
-    @property
-    def value(self) -> float:
-        """What the core needs to know beside the state."""
-        return 0.0
+    leaves_choice: ClassVar[bool] = True
+    """Whether the joint has more than one rate left."""
 
     @property
     def share(self) -> float:
         """What is left of the joint's velocity limits, 0 to 1."""
-        return 0.0
+        return 1.0
+
+    @property
+    def numbers(self) -> tuple[float, float]:
+        """The two numbers that the core reads beside the state."""
+        return 0.0, 0.0
 
     def sentence(self, *, slides: bool) -> str:
         """The fault in a few words, for a joint that slides or turns."""
@@ -43,6 +45,7 @@ class Locked(FaultKind):
 
     word = "locked"
     health = Health.LOCKED
+    leaves_choice = False
 
 
 @dataclass(frozen=True)
@@ -65,9 +68,9 @@ class Derated(FaultKind):
         object.__setattr__(self, "fraction", value)
 
     @property
-    def value(self) -> float:
+    def numbers(self) -> tuple[float, float]:
         """The fraction."""
-        return self.fraction
+        return self.fraction, 0.0
 
     @property
     def share(self) -> float:
@@ -89,6 +92,7 @@ class Runaway(FaultKind):
 
     word = "runaway"
     health = Health.RUNAWAY
+    leaves_choice = False
 
     rate: float = field(metadata=key(Number("joint/s"), "The rate"))
 
@@ -96,18 +100,85 @@ class Runaway(FaultKind):
         object.__setattr__(self, "rate", _door.scalar("rate", self.rate))
 
     @property
-    def value(self) -> float:
+    def numbers(self) -> tuple[float, float]:
         """The rate."""
-        return self.rate
+        return self.rate, 0.0
 
     def sentence(self, *, slides: bool) -> str:
         """``runs away, 3 deg/s``."""
-        return (
-            f"runs away, {1000 * self.rate:.3g} mm/s" if slides else f"runs away, {math.degrees(self.rate):.3g} deg/s"
-        )
+        return f"runs away, {_shown(self.rate, slides)}/s"
 
 
-FAULTS: tuple[type[FaultKind], ...] = (Locked, Derated, Runaway)
+@dataclass(frozen=True)
+class Confined(FaultKind):
+    """The joint's range is reduced: it stays inside as inside position limits, which hold as well.
+
+    Rates towards an end shrink so that the joint can stop there. Outside the range it may move back in and no further
+    out. Its velocity limits stay.
+
+    Args:
+        lower: [rad, m] -inf for no end on this side.
+        upper: [rad, m] at least ``lower``; inf for no end on this side.
+    """
+
+    word = "confined"
+    health = Health.CONFINED
+
+    lower: float = field(metadata=key(Number("joint", least=-INF, most=INF), "The lower end of its range"))
+    upper: float = field(metadata=key(Number("joint", least=-INF, most=INF), "The upper end of its range"))
+
+    def __post_init__(self) -> None:
+        lower, upper = (_door.scalar(name, getattr(self, name), allow_inf=True) for name in ("lower", "upper"))
+        if lower > upper or lower == INF or upper == -INF:
+            raise InputError("lower", f"{lower:g} with upper {upper:g}", "lower <= upper, with room for a position")
+        object.__setattr__(self, "lower", lower)
+        object.__setattr__(self, "upper", upper)
+
+    @property
+    def numbers(self) -> tuple[float, float]:
+        """The ends."""
+        return self.lower, self.upper
+
+    def sentence(self, *, slides: bool) -> str:
+        """``confined to -30 deg … 45 deg``."""
+        return f"confined to {_shown(self.lower, slides)} … {_shown(self.upper, slides)}"
+
+
+@dataclass(frozen=True)
+class OneWay(FaultKind):
+    """The joint moves to one side only, up to its velocity limit on that side.
+
+    Args:
+        direction: +1 (rates of at least 0) or -1 (at most 0).
+    """
+
+    word = "one-way"
+    health = Health.ONE_WAY
+
+    direction: float = field(metadata=key(Sign(), "1: rates of at least 0; -1: at most 0"))
+
+    def __post_init__(self) -> None:
+        value = _door.scalar("direction", self.direction)
+        if value not in (1.0, -1.0):
+            raise InputError("direction", f"{value:g}", "+1 or -1")
+        object.__setattr__(self, "direction", value)
+
+    @property
+    def numbers(self) -> tuple[float, float]:
+        """The direction."""
+        return self.direction, 0.0
+
+    def sentence(self, *, slides: bool) -> str:
+        """``moves one way, +``."""
+        return f"moves one way, {'+' if self.direction > 0.0 else '-'}"
+
+
+def _shown(value: float, slides: bool) -> str:
+    """A joint value in mm or degrees."""
+    return f"{1000.0 * value:.3g} mm" if slides else f"{math.degrees(value):.3g} deg"
+
+
+FAULTS: tuple[type[FaultKind], ...] = (Locked, Derated, Runaway, Confined, OneWay)
 """Every kind of fault."""
 
 
@@ -115,7 +186,7 @@ def fault_kind(name: str, value: Any) -> FaultKind:
     """The value if it is a fault kind; InputError naming the choices otherwise."""
     if isinstance(value, FAULTS):
         return value
-    calls = [f"{kind.__name__}({', '.join(own.name for own in fields(kind))})" for kind in FAULTS]  # type: ignore[arg-type]
+    calls = [f"{kind.__name__}({', '.join(kind.keys())})" for kind in FAULTS]
     raise InputError(name, _door.describe(value), f"{', '.join(calls[:-1])} or {calls[-1]}")
 
 
@@ -126,7 +197,7 @@ class Fault:
     Args:
         joint: name or 0-based index.
         at: onset [s].
-        kind: Locked(), Derated(fraction) or Runaway(rate).
+        kind: one of FAULTS, e.g. Derated(0.2).
         until: [s] when the joint is restored; None is never.
     """
 

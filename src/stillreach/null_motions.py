@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
+from stillreach._core import NullMotionKind
 from stillreach._door import FloatArray
 from stillreach._forms import Number
 from stillreach._kinds import Kind, key
@@ -21,7 +22,7 @@ GAIN = key(Number("1/s", above=0.0), "Gain")
 LARGEST = key(Number("arm/s", above=0.0), "Largest rate asked of any joint; all are scaled down together")
 
 
-Core = tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]
+Core = tuple[NullMotionKind, float, npt.ArrayLike | None, Callable[..., object] | None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,8 +33,8 @@ class NullMotion(Kind):
         max_rate: largest rate [rad/s, m/s] that is asked of any joint; all are scaled down together.
     """
 
-    number: ClassVar[int]
-    """``NullMotionKind`` of the core; 0 is none."""
+    kind: ClassVar[NullMotionKind]
+    """What the core calls it."""
 
     max_rate: float = field(default=float("inf"), metadata=LARGEST)
 
@@ -41,7 +42,7 @@ class NullMotion(Kind):
         object.__setattr__(self, "max_rate", _door.positive("max_rate", self.max_rate, allow_inf=True))
 
     def core(self, joints: Labels) -> Core:
-        """(number, gain, vector, gradient) as the compiled core reads them, for an arm of these joints."""
+        """(kind, gain, vector, gradient) as the compiled core reads them, for an arm of these joints."""
         raise TypeError(f"{type(self).__name__} is a base class; use one of the null motions")
 
 
@@ -54,7 +55,7 @@ class Rates(NullMotion):
     """
 
     word = "rates"
-    number = 1
+    kind = NullMotionKind.RATES
 
     rates: npt.ArrayLike = field(
         metadata=key(PerJoint(Number("joint/s")), "Joint rates, all or by name, 0 for the others")
@@ -62,7 +63,7 @@ class Rates(NullMotion):
 
     def core(self, joints: Labels) -> Core:
         """The given rates."""
-        return self.number, 1.0, _vector("rates", self.rates, joints), None
+        return self.kind, 1.0, _vector("rates", self.rates, joints), None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -77,14 +78,14 @@ class Posture(NullMotion):
     """
 
     word = "posture"
-    number = 2
+    kind = NullMotionKind.POSTURE
 
     q: npt.ArrayLike = field(metadata=key(PerJoint(Number("joint")), "Joint values, all or by name, 0 for the others"))
     gain: float = field(default=1.0, metadata=GAIN)
 
     def core(self, joints: Labels) -> Core:
         """The posture and its gain."""
-        return self.number, _door.positive("gain", self.gain), _vector("q", self.q, joints), None
+        return self.kind, _door.positive("gain", self.gain), _vector("q", self.q, joints), None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,13 +97,13 @@ class Centring(NullMotion):
     """
 
     word = "centring"
-    number = 3
+    kind = NullMotionKind.CENTRING
 
     gain: float = field(default=1.0, metadata=GAIN)
 
     def core(self, joints: Labels) -> Core:
         """The gain."""
-        return self.number, _door.positive("gain", self.gain), None, None
+        return self.kind, _door.positive("gain", self.gain), None, None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -117,7 +118,7 @@ class Manipulability(NullMotion):
     """
 
     word = "manipulability"
-    number = 4
+    kind = NullMotionKind.MANIPULABILITY
 
     gain: float = field(default=1.0, metadata=key(Number("rad²/s", above=0.0), "Gain"))
     max_rate: float = field(default=1.0, metadata=LARGEST)
@@ -128,7 +129,7 @@ class Manipulability(NullMotion):
 
     def core(self, joints: Labels) -> Core:
         """The gain."""
-        return self.number, _door.positive("gain", self.gain), None, None
+        return self.kind, _door.positive("gain", self.gain), None, None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -143,7 +144,7 @@ class Gradient(NullMotion):
     """
 
     word = "gradient"
-    number = 5
+    kind = NullMotionKind.GRADIENT
     in_files = False
 
     gradient: npt.ArrayLike | Callable[[npt.NDArray[np.float64]], npt.ArrayLike]
@@ -153,8 +154,8 @@ class Gradient(NullMotion):
         """The gradient and its gain."""
         gain = _door.positive("gain", self.gain)
         if callable(self.gradient):
-            return self.number, gain, None, self.gradient
-        return self.number, gain, _vector("gradient", self.gradient, joints), None
+            return self.kind, gain, None, self.gradient
+        return self.kind, gain, _vector("gradient", self.gradient, joints), None
 
 
 NULL_MOTIONS: tuple[type[NullMotion], ...] = (Manipulability, Centring, Posture, Rates, Gradient)
@@ -174,12 +175,12 @@ def checked_null_motion(value: Any, joints: Labels) -> NullMotion | None:
 
 def null_motion_settings(
     motion: NullMotion | None, joints: Labels
-) -> tuple[int, float, float, npt.ArrayLike | None, Callable[..., object] | None]:
-    """(number, gain, largest rate, vector, gradient) of a null motion, as the compiled core reads them."""
+) -> tuple[NullMotionKind, float, float, npt.ArrayLike | None, Callable[..., object] | None]:
+    """(kind, gain, largest rate, vector, gradient) of a null motion, as the compiled core reads them."""
     if motion is None:
-        return 0, 0.0, float("inf"), None, None
-    number, gain, vector, gradient = motion.core(joints)
-    return number, gain, motion.max_rate, vector, gradient
+        return NullMotionKind.NONE, 0.0, float("inf"), None, None
+    kind, gain, vector, gradient = motion.core(joints)
+    return kind, gain, motion.max_rate, vector, gradient
 
 
 def _vector(name: str, value: Any, joints: Labels) -> FloatArray:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import stillreach as sr
-from stillreach._forms import Either, Flag, Number, Word
+from stillreach._core import LawKind, NullMotionKind
+from stillreach._forms import Either, Flag, Number, Sign, Word
 from stillreach._lists import List, PerJoint
 from stillreach.cli._complete import complete_law
 from stillreach.cli._faults import parse_fault
@@ -17,6 +18,7 @@ from stillreach.cli._laws import parse_law
 from stillreach.faults import FAULTS, FaultKind
 from stillreach.laws import LAWS, Law
 from stillreach.null_motions import NULL_MOTIONS, NullMotion
+from stillreach.show.style import HEALTH_COLOURS
 from stillreach.simulation.course import Course
 from stillreach.simulation.motion import MOTIONS
 from tests.fuzzing.toml import written
@@ -40,7 +42,7 @@ def sample(form):
     if isinstance(form, Either):
         return sample(form.forms[0])
     if isinstance(form, Number):
-        return 0.5
+        return 1 if isinstance(form, Sign) else 0.5
     if isinstance(form, Flag):
         return True
     if isinstance(form, Word):
@@ -143,11 +145,14 @@ def test_the_command_line_knows_every_fault_and_it_has_a_sentence(kind):
     values = ",".join(str(value) for value in settings(kind).values())
     fault = parse_fault(ARM, f"j2@0.5:{kind.word}{'=' * bool(values)}{values}")
     assert type(fault.kind) is kind
+    page = (DOCS / "command-line.md").read_text(encoding="utf-8")
+    assert kind is FAULTS[0] or f":{kind.word}=" in page
     sentences = {fault.kind.sentence(slides=slides) for slides in (False, True)}
     assert all(text and kind.__name__ not in text for text in sentences)
 
 
-def test_every_health_is_that_of_one_fault_and_numbers_of_the_core_are_unique():
-    assert sorted(kind.health for kind in FAULTS) == [health for health in sr.Health if health is not sr.Health.HEALTHY]
-    assert sorted(law.number for law in LAWS) == list(range(len(LAWS)))
-    assert sorted(kind.number for kind in NULL_MOTIONS) == list(range(1, len(NULL_MOTIONS) + 1))
+def test_every_member_of_the_core_has_one_class_and_every_health_a_colour():
+    assert [kind.health for kind in FAULTS] == [health for health in sr.Health if health is not sr.Health.HEALTHY]
+    assert {law.kind for law in LAWS} == set(LawKind)
+    assert {kind.kind for kind in NULL_MOTIONS} == set(NullMotionKind) - {NullMotionKind.NONE}
+    assert len(set(HEALTH_COLOURS.values())) == len(FAULTS)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stillreach._core import LawKind
 from stillreach.laws.law import Law
 
 
@@ -16,4 +17,4 @@ class KeepDirection(Law):
     """
 
     word = "keep-direction"
-    number = 3
+    kind = LawKind.KEEP_DIRECTION

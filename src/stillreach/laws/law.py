@@ -29,8 +29,8 @@ class Law(Kind):
             count as zero.
     """
 
-    number: ClassVar[int]
-    """``LawKind`` of the core."""
+    kind: ClassVar[_core.LawKind]
+    """What the core calls it."""
     semidefinite: ClassVar[bool] = False
     """Whether weights may be only positive semidefinite."""
 
@@ -58,10 +58,10 @@ class Law(Kind):
             reach: [m] a length typical of the arm.
             weights: those of the task, where the law has none.
         """
-        if not hasattr(self, "number"):
+        if not hasattr(self, "kind"):
             raise TypeError(f"{type(self).__name__} is a base class; use one of the laws")
         own = self.core_settings(rows, reach, self.weights or weights or UNIT_WEIGHTS)
-        return _core.Law(self.number, rank_tolerance=self.rank_tolerance, **own)
+        return _core.Law(self.kind, rank_tolerance=self.rank_tolerance, **own)
 
     def core_settings(self, rows: Sequence[str], reach: float | None, weights: Weights) -> dict[str, Any]:
         """The settings that not every law has, as arguments of the core's ``Law``."""

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from stillreach._core import LawKind
 from stillreach._kinds import key
 from stillreach.laws.law import Law
 from stillreach.laws.price import FORM, checked, parts
@@ -41,7 +42,7 @@ class LeastError(Law):
     """
 
     word = "least-error"
-    number = 2
+    kind = LawKind.LEAST_ERROR
 
     price: float | str | tuple[float, float] | Mapping[str, float] | None = field(
         default=80.0, metadata=key(FORM, "What a task error costs, in units of the task's weights or by rows")

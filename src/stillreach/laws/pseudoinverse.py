@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stillreach._core import LawKind
 from stillreach.laws.law import Law
 
 
@@ -17,5 +18,5 @@ class Pseudoinverse(Law):
     """
 
     word = "pseudoinverse"
-    number = 0
+    kind = LawKind.PSEUDOINVERSE
     semidefinite = True

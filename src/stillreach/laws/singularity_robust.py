@@ -7,14 +7,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from stillreach import _door
+from stillreach._core import DampingKind, LawKind, NormKind
 from stillreach._forms import Either, Number, Word
 from stillreach._kinds import key
 from stillreach.errors import InputError
 from stillreach.laws.law import Law
 from stillreach.task import Weights
 
-DAMPINGS = ("closed-form", "exact")  # DampingKind of the core: 1, 2
-NORMS = ("inf", "2")  # NormKind of the core: 0, 1
+DAMPINGS = {"exact": DampingKind.EXACT, "closed-form": DampingKind.CLOSED_FORM}
+NORMS = {"inf": NormKind.MAXIMUM, "2": NormKind.EUCLIDEAN}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +42,7 @@ class SingularityRobust(Law):
     """
 
     word = "singularity-robust"
-    number = 1
+    kind = LawKind.SINGULARITY_ROBUST
     semidefinite = True
 
     damping: str | float = field(
@@ -60,13 +61,10 @@ class SingularityRobust(Law):
                 raise InputError("damping", repr(self.damping), "'exact', 'closed-form' or a number of at least 0")
         else:
             object.__setattr__(self, "damping", _door.positive("damping", self.damping, or_zero=True))
-        _door.choice("norm", self.norm, NORMS)
+        _door.choice("norm", self.norm, tuple(NORMS))
 
     def core_settings(self, rows: Sequence[str], reach: float | None, weights: Weights) -> dict[str, Any]:
         """How κ is found, or κ."""
-        named = isinstance(self.damping, str)
-        return {
-            "damping": 1 + DAMPINGS.index(self.damping) if isinstance(self.damping, str) else 0,
-            "norm": NORMS.index(self.norm),
-            "kappa": 0.0 if named else float(self.damping),
-        }
+        if isinstance(self.damping, str):
+            return {"damping": DAMPINGS[self.damping], "norm": NORMS[self.norm]}
+        return {"damping": DampingKind.NUMBER, "norm": NORMS[self.norm], "kappa": float(self.damping)}

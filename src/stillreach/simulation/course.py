@@ -12,9 +12,9 @@ from stillreach._forms import Flag, Number, Word
 from stillreach._kinds import Kind, key
 from stillreach._messages import shown
 from stillreach._reading import Reading
+from stillreach._rotations import exp, log
 from stillreach.errors import InputError
 from stillreach.simulation.profile import PROFILES, progress
-from stillreach.simulation.rotations import exp, log
 
 ARC_POINTS = 3601
 PROFILE_KEY = key(Word(*PROFILES), "Speed along it; the last two start and end at rest")

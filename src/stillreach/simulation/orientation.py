@@ -12,7 +12,7 @@ from stillreach._kinds import Key, Table
 from stillreach._lists import NOT_ALL_ZERO, List
 from stillreach._messages import shown
 from stillreach._reading import Place, Reading
-from stillreach.simulation.rotations import exp, from_pitch_yaw_roll, from_quaternions, from_rpy
+from stillreach._rotations import exp, from_pitch_yaw_roll, from_quaternions, from_rpy
 
 ANGLES = List(*[Number("angle")] * 3)
 WAYS = {

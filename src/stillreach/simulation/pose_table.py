@@ -17,10 +17,10 @@ from stillreach._kinds import Key
 from stillreach._messages import short
 from stillreach._packages import WHERE, file_at
 from stillreach._reading import Reading
+from stillreach._rotations import exp, from_quaternions, from_rpy, log
 from stillreach.errors import InputError
 from stillreach.simulation.course import RELATIVE_KEY, Course, Legs, turned_and_shifted
 from stillreach.simulation.profile import RAMP
-from stillreach.simulation.rotations import exp, from_quaternions, from_rpy, log
 from stillreach.simulation.shapes import rising, set_fields
 from stillreach.simulation.table import read_table
 

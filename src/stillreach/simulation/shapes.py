@@ -15,6 +15,7 @@ from stillreach._forms import TIME, Either, Number, Word
 from stillreach._kinds import key
 from stillreach._lists import NOT_ALL_ZERO, RISING, List
 from stillreach._reading import Reading
+from stillreach._rotations import log, orientation
 from stillreach.errors import InputError
 from stillreach.simulation.course import (
     PROFILE_KEY,
@@ -27,7 +28,6 @@ from stillreach.simulation.course import (
 )
 from stillreach.simulation.orientation import ORIENTATION
 from stillreach.simulation.profile import PROFILES, RAMP, checked_profile
-from stillreach.simulation.rotations import log, orientation
 
 ATTITUDES = ("keep", "follow")
 MOST_POINTS = 2000

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-import inspect
 from typing import Any
 
 from stillreach._forms import Integer, Number, Text, Word
 from stillreach._kinds import Choice, Key, Table, keys_for
 from stillreach._lists import MOST_JOINTS, List, Named
-from stillreach._messages import one_of
 from stillreach._packages import WHERE, file_at
 from stillreach._reading import Place, Reading
-from stillreach.arm import Arm, DHRow, catalogue
+from stillreach.arm import Arm, DHRow
 from stillreach.arm.dh import CONVENTIONS
 from stillreach.arm.joint import KINDS
+from stillreach.arms import BUILDERS, SIZED, by_name
 from stillreach.errors import InputError, MissingExtraError, RobotFileError
 
 LENGTH, ANGLE, NAME = Number("length"), Number("angle"), Text()
 LENGTHS = List(Number("length", least=0.0))
+NAMES = {"anyOf": [{"enum": sorted(BUILDERS)}, {"pattern": f"^({'|'.join(SIZED)})[0-9]{{1,4}}$"}]}
+"""Of built-in arms, for editors."""
 FILES = {"urdf": Arm.from_urdf, "mjcf": Arm.from_mjcf}
 
 
@@ -29,22 +30,6 @@ class Robot(Choice):
         arm = super().taken(value, place, reading)
         reading.arm = arm if isinstance(arm, Arm) else None
         return arm
-
-
-def _built_in(values: dict[str, Any], reading: Reading) -> Arm:
-    name = values.pop("arm")
-    if name not in catalogue.__all__:
-        raise InputError("arm", repr(name), one_of(catalogue.__all__, name))
-    builder = getattr(catalogue, name)
-    known = inspect.signature(builder).parameters
-    for key in values:
-        if key not in known:
-            raise InputError(key, f"the key {key!r}", f"only {', '.join(known)} beside {name}")
-    for key, parameter in known.items():
-        if key not in values and parameter.default is parameter.empty:
-            raise InputError(key, "missing key", f"the value that {name} needs")
-    arm: Arm = builder(**values)
-    return arm
 
 
 def _from_file(values: dict[str, Any], reading: Reading) -> Arm:
@@ -101,11 +86,16 @@ ROBOT = Robot(
             "BuiltInRobot",
             "An arm that comes with stillreach.",
             {
-                "arm": Key(Text(choices=tuple(catalogue.__all__)), "Its name"),
-                "n": Key(Integer(1, MOST_JOINTS), "Number of joints (planar, snake)", None),
+                "arm": Key(Text(names=NAMES), "Its name, e.g. panda or planar3"),
+                "n": Key(
+                    Integer(1, MOST_JOINTS),
+                    "Number of joints of planar and snake, where it is not part of the name",
+                    None,
+                ),
+                "tip": Key(NAME, "Link that carries the tool (robots by name); the flange if absent", None),
                 "lengths": Key(LENGTHS, "Lengths of the segments (nasa_modular)", None),
             },
-            _built_in,
+            lambda values, reading: by_name(values.pop("arm"), **values),
         ),
         "modules": Table(
             "ModuleRobot",
