@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stillreach.bounds import Bounds
     from stillreach.control import Controller
     from stillreach.errors import InputError, StillreachError
-    from stillreach.faults import Derated, Fault, Locked, Runaway
+    from stillreach.faults import Confined, Derated, Fault, Locked, OneWay, Runaway
     from stillreach.laws import KeepDirection, Law, LeastError, Pseudoinverse, SingularityRobust
     from stillreach.rollouts import BatchRollout, rollout_batch
     from stillreach.simulation import (
@@ -43,7 +43,7 @@ _HOMES = {
     "bounds": ("Bounds",),
     "control": ("Controller",),
     "errors": ("InputError", "StillreachError"),
-    "faults": ("Derated", "Fault", "Locked", "Runaway"),
+    "faults": ("Confined", "Derated", "Fault", "Locked", "OneWay", "Runaway"),
     "laws": ("KeepDirection", "Law", "LeastError", "Pseudoinverse", "SingularityRobust"),
     "rollouts": ("BatchRollout", "rollout_batch"),
     "simulation": (
@@ -75,6 +75,7 @@ __all__ = [
     "BatchSolution",
     "Bounds",
     "Circle",
+    "Confined",
     "ConstantTwist",
     "Controller",
     "DHRow",
@@ -89,6 +90,7 @@ __all__ = [
     "LeastError",
     "Line",
     "Locked",
+    "OneWay",
     "PoseTable",
     "Pseudoinverse",
     "Reason",

@@ -130,7 +130,8 @@ def test_no_header_includes_a_later_layer() -> None:
         name = header.relative_to(top).as_posix()
         for quoted in re.findall(r'#include "(.*)"', header.read_text(encoding="utf-8")):
             included = quoted.removeprefix("stillreach/")
-            assert quoted == f"stillreach/{included}" and (top / included).is_file(), (name, quoted)
+            assert quoted == f"stillreach/{included}", name
+            assert (top / included).is_file(), (name, quoted)
             seen += 1
             if header_rank(included) > header_rank(name):
                 upward.append(f"{name} includes {included}")

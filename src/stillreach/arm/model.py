@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
-from stillreach._core import ArmModel
+from stillreach._core import ArmModel, JointKind
 from stillreach._door import FloatArray
 from stillreach._labels import Labels
 from stillreach.arm.describe import describe, headline
@@ -254,7 +254,7 @@ class Arm(Value):
         """The arm in the compiled core."""
         placements = np.array([moving.joint.placement for moving in self.chain])
         axes = np.array([moving.joint.axis for moving in self.chain])
-        kinds = [KINDS.index(moving.joint.kind) for moving in self.chain]
+        kinds = [JointKind[moving.joint.kind.upper()] for moving in self.chain]
         if not self.followers:
             return ArmModel(kinds, placements, axes, self.tool)
         _, leaders, factors, offsets = zip(*self.chain, strict=True)
