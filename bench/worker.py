@@ -34,7 +34,8 @@ def serve(key: str, problem: Problem, rows: tuple[np.ndarray, np.ndarray] | None
     """
     os.dup2(2, 1)  # solvers print, from C
     try:
-        run, parts, answers, versions = set_up(key, problem, rows)
+        rows = rows and (own(rows[0]), own(rows[1]))
+        run, parts, answers, versions = set_up(key, Problem(*map(own, vars(problem).values())), rows)
     except Exception as error:
         parent.send(f"{type(error).__name__}: {error}")
         raise
@@ -43,6 +44,11 @@ def serve(key: str, problem: Problem, rows: tuple[np.ndarray, np.ndarray] | None
     while True:
         gc.collect()
         parent.send(timed(run, parts, parent.recv()))
+
+
+def own(array: np.ndarray) -> np.ndarray:
+    """A copy with NumPy's own data type: an array that came through a pipe has another, equal one, and is slow."""
+    return array.astype(array.dtype.type)
 
 
 def set_up(
