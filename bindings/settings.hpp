@@ -8,6 +8,8 @@
 #include "kernels.hpp"
 #include "lock.hpp"
 
+using stillreach::to_size;
+
 struct Law {
   stillreach::LawSettings settings;
 };
