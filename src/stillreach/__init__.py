@@ -10,10 +10,9 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from stillreach import errors, insight, null_motions
+    from stillreach import arms, errors, insight, null_motions
     from stillreach._core import Solution
     from stillreach.arm import Arm, DHRow, Follower, Joint
-    from stillreach.arm import catalogue as arms
     from stillreach.batch import BatchSolution, solve_batch
     from stillreach.bounds import Bounds
     from stillreach.control import Controller
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
         PoseTable,
         Run,
         Scenario,
+        Wait,
         Waypoints,
         scenario_names,
         scenario_schema,
@@ -54,6 +54,7 @@ _HOMES = {
         "Run",
         "Scenario",
         "ConstantTwist",
+        "Wait",
         "Waypoints",
         "scenario_names",
         "scenario_schema",
@@ -64,7 +65,7 @@ _HOMES = {
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 _MODULES = {
-    "arms": "arm.catalogue",
+    "arms": "arms",
     "errors": "errors",
     "insight": "insight",
     "null_motions": "null_motions",
@@ -103,6 +104,7 @@ __all__ = [
     "Status",
     "StillreachError",
     "Task",
+    "Wait",
     "Waypoints",
     "Weights",
     "arms",

@@ -11,9 +11,22 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "src" / "stillreach"
 
 LAYERS = (
-    {"_core", "errors", "_labels", "_door", "_files", "_text", "_units"},
+    {
+        "_core",
+        "errors",
+        "_labels",
+        "_door",
+        "_files",
+        "_text",
+        "_units",
+        "_rotations",
+        "_formats",
+        "_messages",
+        "_packages",
+    },
     {"arm"},
-    {"bounds", "faults", "null_motions", "task", "status", "insight"},
+    {"arms"},
+    {"_forms", "_kinds", "_lists", "_reading", "bounds", "faults", "null_motions", "task", "status", "insight"},
     {"laws"},
     {"batch", "rollouts"},
     {"control"},
