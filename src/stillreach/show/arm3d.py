@@ -4,16 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from stillreach.arm import Arm
 from stillreach.arm.placements import moved
-from stillreach.show.style import HEALTH_COLOURS, SCREEN, Look, matplotlib_or_error
-from stillreach.show.words import in_picture
+from stillreach.show.style import (
+    HEALTH_COLOURS,
+    SCREEN,
+    TITLE_LETTERS,
+    Look,
+    in_picture,
+    matplotlib_or_error,
+    new_figure,
+    styled,
+)
 from stillreach.status import Health
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SIDES = 20
 LEAST_LENGTH = 1e-6
@@ -84,6 +95,15 @@ def draw(
         for moving, point in zip(arm.chain, points[1:-1], strict=True):
             ax.text(*point, f"   {in_picture(str(moving.joint.name))}", fontsize=8, va="bottom")
     fit(ax, points)
+
+
+def picture(arm: Arm, q: npt.ArrayLike, failed: Collection[int] = ()) -> Figure:
+    """A figure of an arm at q (n,) [rad, m], joints named, failed ones in colour."""
+    with styled("arm.plot()"):
+        figure = new_figure(6.4, 6.4)
+        draw(figure.add_subplot(projection="3d"), arm, q, failed=failed)
+        figure.suptitle(in_picture(arm.name, TITLE_LETTERS), fontsize=11)
+    return figure
 
 
 def path(ax: Any, points: npt.ArrayLike, *, look: Look = SCREEN, **line: Any) -> None:

@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillreach.show.style import SCREEN, Look, matplotlib_or_error, styled, unwrapped_degrees
-from stillreach.show.words import TITLE_LETTERS, in_picture
+from stillreach.show.style import SCREEN, Look, in_picture, unwrapped_degrees
 from stillreach.simulation.attitude import pitch_yaw_roll
 from stillreach.simulation.run import Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 NO_ERROR = 1e-9
 """A panel of task errors reaches at least so high: rounding errors are no error."""
@@ -123,28 +121,6 @@ def legend(ax: Axes) -> None:
     """The legend beside the panel, where it hides no line."""
     count = len(ax.get_legend_handles_labels()[1])
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.03), ncols=1 + count // 12, borderaxespad=0.3)
-
-
-def overview(run: Run, look: Look = SCREEN) -> Figure:
-    """Everything of a run in one figure: joint values, rates, tool position and attitude, task error, damping.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
-    """
-    with styled("run.plot()"):
-        matplotlib_or_error("run.plot()")
-        from matplotlib import pyplot
-
-        figure, axes = pyplot.subplots(3, 2, figsize=(11, 8), sharex=True, layout="constrained")
-        panels: tuple[tuple[Any, Any], ...] = ((angles, rates), (position, attitude), (task_error, damping))
-        for row, pair in zip(axes, panels, strict=True):
-            for ax, panel in zip(row, pair, strict=True):
-                panel(run, ax, look=look)
-        axes[0, 0].legend().remove()  # the rates' legend beside it names the same lines
-        for ax in axes[1]:
-            ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.1)
-        figure.suptitle(in_picture(str(run.attrs.get("title", "")), TITLE_LETTERS), fontsize=11, x=0.01, ha="left")
-    return figure
 
 
 def _several(runs: Run | Sequence[Run]) -> Sequence[Run]:

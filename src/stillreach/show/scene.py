@@ -10,9 +10,8 @@ import numpy as np
 from stillreach._door import FloatArray
 from stillreach.show import arm3d
 from stillreach.show.moments import moments
-from stillreach.show.style import COLOURS, HEALTH_COLOURS
-from stillreach.show.words import in_picture
-from stillreach.simulation import Run, Scenario
+from stillreach.show.style import COLOURS, HEALTH_COLOURS, in_picture
+from stillreach.simulation import Run
 from stillreach.simulation.commanded import Commanded
 from stillreach.status import Health
 
@@ -27,18 +26,19 @@ CORNER = 0.09
 """Part of the longest side around the corner that two axes share, where only one of them has ticks."""
 
 
-def scene(ax: Any, scenario: Scenario, run: Run, goal: Commanded) -> None:
+def scene(ax: Any, run: Run, goal: Commanded) -> None:
     """The arm at the start (pale) and at the end, failed joints in colour and named, with commanded and own path."""
+    arm = run.scenario.arm
     ax.computed_zorder = False  # what is drawn later hides what was drawn before
     health = {int(joint): Health(run.health[-1, joint]) for joint in np.flatnonzero(run.health[-1] != Health.HEALTHY)}
-    arm3d.draw(ax, scenario.arm, run.q[0], labels=False, alpha=0.18)
-    arm3d.draw(ax, scenario.arm, run.q[-1], labels=False, failed=health)
-    first, _ = arm3d.stations(scenario.arm, run.q[0])
-    last, _ = arm3d.stations(scenario.arm, run.q[-1])
+    arm3d.draw(ax, arm, run.q[0], labels=False, alpha=0.18)
+    arm3d.draw(ax, arm, run.q[-1], labels=False, failed=health)
+    first, _ = arm3d.stations(arm, run.q[0])
+    last, _ = arm3d.stations(arm, run.q[-1])
     path = run.pose[drawn_ticks(run), :3, 3]
     commanded_path(ax, goal)
     arm3d.path(ax, path, color=COLOURS[0], linewidth=1.8, zorder=3, label="path of the tool")
-    for place, moment in enumerate(moments(scenario, run.time[-1])):
+    for place, moment in enumerate(moments(run.scenario, run.time[-1])):
         if not moment.better:
             tick = min(int(np.searchsorted(run.time, moment.time - 1e-12)), len(run) - 1)
             label = "a joint fails" if place == 0 else None

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillreach._text import printable
 from stillreach.errors import MissingExtraError
 from stillreach.status import Health
 
@@ -25,6 +26,11 @@ COLOURS = ("#1b4f8a", "#c8501e", "#2f7d4f", "#8a3f8f", "#7a6a1f", "#3b3b3b")
 
 HEALTH_COLOURS = {Health.LOCKED: "#b3261e", Health.DERATED: "#d98a1f", Health.RUNAWAY: "#8a3f8f"}
 """Of a failed joint, wherever it is drawn."""
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+NAME_LETTERS, TITLE_LETTERS = 26, 90
 
 RC = {
     "font.family": "sans-serif",
@@ -48,6 +54,7 @@ RC = {
     "xtick.major.width": 0.7,
     "ytick.major.width": 0.7,
     "figure.dpi": 100.0,
+    "figure.max_open_warning": 0,
     "savefig.dpi": 160.0,
 }
 
@@ -107,6 +114,21 @@ def styled(purpose: str) -> AbstractContextManager[None]:
     return context
 
 
+def new_figure(width: float, height: float) -> Figure:
+    """A figure [in] of pyplot, so that notebooks and ``pyplot.show()`` show it."""
+    from matplotlib import pyplot
+
+    return pyplot.figure(figsize=(width, height))
+
+
 def unwrapped_degrees(angles: np.ndarray) -> np.ndarray:
     """Angles over time (T, k) [rad] in degrees, without jumps by a full turn."""
     return np.rad2deg(np.unwrap(angles, axis=0)) if len(angles) else np.rad2deg(angles)
+
+
+def in_picture(text: str, letters: int = NAME_LETTERS) -> str:
+    """A name or title for a picture: in one line, of a long one both ends."""
+    text = printable(" ".join(text.split()))
+    if len(text) > letters:
+        text = f"{text[: letters // 2 - 1]}…{text[-(letters // 2) :]}"
+    return f" {text}" if text.startswith("_") else text  # matplotlib leaves what begins so out of legends

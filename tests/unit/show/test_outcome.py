@@ -12,12 +12,9 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 import stillreach as sr
-from stillreach.show.comparison import comparison
 from stillreach.show.moments import moments
-from stillreach.show.outcome import outcome
 from stillreach.show.scene import drawn_ticks, fit
 from stillreach.show.timeline import STATES
-from stillreach.simulation.summary import summary
 
 FAULTS = [
     sr.Fault("j4", at=0.4, kind=sr.Locked()),
@@ -36,7 +33,7 @@ def scenario(**settings) -> sr.Scenario:
 
 def drawn(of: sr.Scenario):
     run = sr.simulate(of)
-    return outcome(of, run, summary(of, run)), run
+    return run.plot(), run
 
 
 def written(figure) -> str:
@@ -81,11 +78,10 @@ def test_names_that_are_long_or_odd_do_no_harm():
     odd = replace(scenario(faults=[]), arm=arm, faults=faults, name="$" + "t" * 300)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        figure, run = drawn(odd)
+        figure, _ = drawn(odd)
         figure.savefig(BytesIO())
-        laws = {name: (odd, run, summary(odd, run)) for name in ("one", "$other")}
-        comparison(laws).savefig(BytesIO())
-        run.plot().savefig(BytesIO())
+        laws = {"one": sr.LeastError(), "$other": sr.LeastError()}
+        sr.compare(replace(odd, duration=0.1), laws).plot().savefig(BytesIO())
     (legend,) = [ax.get_legend() for ax in figure.axes if ax.get_ylabel().startswith("rate")]
     named = [text.get_text() for text in legend.get_texts()]
     assert "aaaaaaaaaaaa…aaaaaaaaaaaaa fails" in named
@@ -158,7 +154,7 @@ def test_no_text_in_space_covers_another(name, monkeypatch):
 def test_the_reason_of_a_tool_that_did_not_arrive_is_on_the_picture():
     of = scenario(faults=[sr.Fault(joint, at=1.0) for joint in range(11)])
     figure, run = drawn(of)
-    assert summary(of, run).why.sentence in written(figure)
+    assert run.summary().why.sentence in written(figure)
 
 
 def test_bars_begin_and_end_with_the_faults():
@@ -257,12 +253,8 @@ def test_long_runs_are_thinned_from_first_to_last():
 
 def test_laws_are_told_apart_and_one_that_runs_wild_does_not_set_the_scale():
     laws = {"least-error": sr.LeastError(), "pseudoinverse": sr.Pseudoinverse()}
-    results = {}
-    for name, law in laws.items():
-        of = scenario(law=law, motion=sr.ConstantTwist([0, 0, 4.0, 0, 0, 0], duration=2.0), velocity_limits=0.05)
-        run = sr.simulate(of)
-        results[name] = (of, run, summary(of, run))
-    figure = comparison(results)
+    of = scenario(motion=sr.ConstantTwist([0, 0, 4.0, 0, 0, 0], duration=2.0), velocity_limits=0.05)
+    figure = sr.compare(of, laws).plot()
     text = written(figure)
     assert "pseudoinverse reaches" in text
     assert "four faults" in text
