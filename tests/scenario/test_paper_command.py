@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -82,9 +83,8 @@ def test_each_run_is_the_paper_s_twenty_seconds_in_steps_of_a_twentieth(reproduc
 def test_the_free_run_of_example_2_costs_less_than_the_default_price():
     """Its smallest singular value is 0.41, and its rates are a tenth of their limits."""
     scenario = examples.scenarios()[examples.EXAMPLE_2_FREE]
-    settings = {**vars(scenario), "task": sr.Task(), "velocity_limits": np.deg2rad(50.0)}
     rates = [
-        sr.simulate(sr.Scenario(**{**settings, "law": law})).rates
+        sr.simulate(replace(scenario, task=sr.Task(), velocity_limits=np.deg2rad(50.0), law=law)).rates
         for law in (sr.LeastError(), sr.LeastError(price=None), sr.Pseudoinverse())
     ]
     np.testing.assert_allclose(rates[0], rates[1], atol=1e-9)

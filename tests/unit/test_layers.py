@@ -151,7 +151,7 @@ def test_a_circle_of_imports_is_seen(first: str, second: str, found: bool) -> No
         ("arm.joint", "import stillreach as sr"),
         ("bounds", "from .control import Controller"),
         ("laws.damping", "def solve():\n    import stillreach.simulation.run"),
-        ("simulation.run", "def save():\n    from stillreach.show import plots"),
+        ("simulation.run", "def save():\n    from stillreach.show import outcome"),
     ],
 )
 def test_an_upward_import_is_seen(module: str, statement: str) -> None:

@@ -1,26 +1,13 @@
-"""How lines look: told apart by dashes, as in print, or by colour and dashes."""
+"""How pictures look: colours, settings of matplotlib, and names in as much room as there is."""
 
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from stillreach._text import printable
 from stillreach.errors import MissingExtraError
 from stillreach.status import Health
-
-DASHES: tuple[Any, ...] = (
-    "-",
-    (0, (6, 2)),
-    (0, (6, 1.8, 1.2, 1.8)),
-    (0, (1.2, 1.6)),
-    (0, (11, 2.5)),
-    (0, (6, 1.6, 1.2, 1.6, 1.2, 1.6)),
-)
-"""Solid, dashed, dash-dot, dotted, long dashes, dash-dot-dot."""
 
 COLOURS = ("#1b4f8a", "#c8501e", "#2f7d4f", "#8a3f8f", "#7a6a1f", "#3b3b3b")
 
@@ -59,42 +46,6 @@ RC = {
 }
 
 
-@dataclass(frozen=True)
-class Look:
-    """How a figure is drawn.
-
-    Args:
-        ink: black lines only, told apart by their dashes, as in a printed paper.
-        length: what one unit of length is [m].
-        length_name: its name on the axes.
-    """
-
-    ink: bool = False
-    length: float = 1.0
-    length_name: str = "m"
-
-    def compared(self, place: int) -> dict[str, Any]:
-        """Style of the line of a run at a place among several: by shade, for lines that may flicker."""
-        if self.ink:
-            return {"color": ("black", "0.62", "0.35", "0.8")[place % 4], "linewidth": 1.1}
-        return {"color": COLOURS[place % len(COLOURS)]}
-
-    def component(self, place: int) -> dict[str, Any]:
-        """Style of the line of x, y or z, or of pitch, yaw or roll: solid, dashed, dotted."""
-        return {**self.line(place), "linestyle": ("-", "--", ":")[place]}
-
-    def line(self, place: int) -> dict[str, Any]:
-        """Style of the line at a place in its panel."""
-        lap = place // len(DASHES)
-        colour = ("black" if lap == 0 else "0.55") if self.ink else COLOURS[place % len(COLOURS)]
-        return {"color": colour, "linestyle": DASHES[(place + (0 if self.ink else lap)) % len(DASHES)]}
-
-
-SCREEN = Look()
-PRINT = Look(ink=True, length=0.0254, length_name="in")
-"""The paper's look: black dashes, inches."""
-
-
 def matplotlib_or_error(purpose: str) -> Any:
     """The matplotlib module.
 
@@ -119,11 +70,6 @@ def new_figure(width: float, height: float) -> Figure:
     from matplotlib import pyplot
 
     return pyplot.figure(figsize=(width, height))
-
-
-def unwrapped_degrees(angles: np.ndarray) -> np.ndarray:
-    """Angles over time (T, k) [rad] in degrees, without jumps by a full turn."""
-    return np.rad2deg(np.unwrap(angles, axis=0)) if len(angles) else np.rad2deg(angles)
 
 
 def in_picture(text: str, letters: int = NAME_LETTERS) -> str:
