@@ -288,10 +288,10 @@ class Arm(RobotFiles, Value):
             InputError: if an argument is invalid.
             MissingExtraError: matplotlib is not installed (extra ``plot``).
         """
-        from stillreach.show.arm3d import picture
+        from stillreach.show.scene import arm_picture
 
         at = _door.vector("q", q, self.n, labels=self.labels)
-        return picture(self, at, [self.joint_index(joint) for joint in failed])
+        return arm_picture(self, at, [self.joint_index(joint) for joint in failed])
 
     def joint_index(self, joint: str | int) -> int:
         """0-based index of a joint.

@@ -4,25 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from stillreach.arm import Arm
 from stillreach.arm.placements import moved
-from stillreach.show.style import (
-    HEALTH_COLOURS,
-    TITLE_LETTERS,
-    in_picture,
-    matplotlib_or_error,
-    new_figure,
-    styled,
-)
+from stillreach.show.style import HEALTH_COLOURS, in_picture, matplotlib_or_error
 from stillreach.status import Health
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 SIDES = 20
 LEAST_LENGTH = 1e-6
@@ -93,15 +83,6 @@ def draw(
         for moving, point in zip(arm.chain, points[1:-1], strict=True):
             ax.text(*point, f"   {in_picture(str(moving.joint.name))}", fontsize=8, va="bottom")
     fit(ax, points)
-
-
-def picture(arm: Arm, q: npt.ArrayLike, failed: Collection[int] = ()) -> Figure:
-    """A figure of an arm at q (n,) [rad, m], joints named, failed ones in colour."""
-    with styled("arm.plot()"):
-        figure = new_figure(6.4, 6.4)
-        draw(figure.add_subplot(projection="3d"), arm, q, failed=failed)
-        figure.suptitle(in_picture(arm.name, TITLE_LETTERS), fontsize=11)
-    return figure
 
 
 def path(ax: Any, points: npt.ArrayLike, *, unit: float = 1.0, **line: Any) -> None:

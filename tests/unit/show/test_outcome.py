@@ -128,6 +128,22 @@ def test_a_failed_joint_has_one_colour_in_the_whole_picture(kind):
     np.testing.assert_allclose([face[:2] for face in drums], [[hue, saturation]] * len(drums), atol=0.01)
 
 
+def test_a_failed_joint_behind_a_follower_is_named_where_it_is():
+    """Its name stood beside the follower."""
+    up = np.eye(4)
+    up[2, 3] = 0.5
+    follower = sr.Follower(sr.Joint(name="f", placement=up, axis=(0, 1, 0)), leader="a", place=1)
+    joints = [sr.Joint(name="a", axis=(0, 1, 0)), sr.Joint(name="b", placement=up, axis=(0, 1, 0))]
+    arm = sr.Arm(joints, tool=up, followers=[follower])
+    motion = sr.ConstantTwist([0.1, 0, 0, 0, 0, 0], duration=0.2)
+    task = sr.Task(rows="position")
+    figure, run = drawn(sr.Scenario(arm=arm, start=[0.3, 0.3], motion=motion, task=task, faults=[sr.Fault("b")]))
+    (name,) = [text for text in figure.axes[0].texts if text.get_text().strip() == "b"]
+    angle = run.q[-1, 0]  # of the first link, and twice that of the second
+    expected = [0.5 * (np.sin(angle) + np.sin(2 * angle)), 0.0, 0.5 * (np.cos(angle) + np.cos(2 * angle))]
+    np.testing.assert_allclose(name.get_position_3d(), expected, atol=1e-12)
+
+
 @pytest.mark.parametrize("name", ["jammed-rail", "planar-runaway", "snake-loses-five", "hot-drives", "paper-example-2"])
 def test_no_text_in_space_covers_another(name, monkeypatch):
     """Names of axes stood on their numbers, and names of neighbouring joints on each other."""
