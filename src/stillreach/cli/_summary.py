@@ -54,8 +54,13 @@ def _fault(scenario: Scenario, fault: Fault) -> dict[str, Any]:
     from stillreach.simulation.document import kind_word
 
     joint = scenario.arm.joint_names[scenario.arm.joint_index(fault.joint)]
-    kind = {"kind": kind_word(type(fault.kind)), "value": fault.kind.value}
-    return {"joint": joint, **kind, "at": fault.at, "until": fault.until}
+    return {
+        "joint": joint,
+        "kind": kind_word(type(fault.kind)),
+        **vars(fault.kind),
+        "at": fault.at,
+        "until": fault.until,
+    }
 
 
 def print_summary(found: Summary) -> None:

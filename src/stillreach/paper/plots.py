@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillreach._rotations import pitch_yaw_roll
 from stillreach.paper.examples import INCH
 from stillreach.simulation import Run
-from stillreach.simulation.attitude import pitch_yaw_roll
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stillreach._words import direction, shown, shown_angle, shown_length, tidy
-from stillreach.faults import Derated, Fault, Runaway
+from stillreach.faults import Confined, Derated, Fault, OneWay, Runaway
 from stillreach.simulation.scenario import Scenario
 from stillreach.status import IN_WORDS, Status
 
@@ -71,6 +71,11 @@ def _what_happens(fault: Fault, unit: str) -> str:
         return f"at {100 * fault.kind.fraction:.3g} %"
     if isinstance(fault.kind, Runaway):
         return f"runs away, {shown(fault.kind.rate, unit, rate=True)}"
+    if isinstance(fault.kind, Confined):
+        lower, upper = shown(fault.kind.lower, unit), shown(fault.kind.upper, unit)
+        return f"confined to {lower.split()[0]} … {upper}"
+    if isinstance(fault.kind, OneWay):
+        return f"one way, {'+' if fault.kind.direction > 0.0 else '-'}"
     return "locked"
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stillreach._door import FloatArray
-from stillreach.simulation.rotations import log
+from stillreach._rotations import log
 from stillreach.simulation.scenario import Scenario
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ import numpy as np
 from stillreach import _door
 from stillreach.arm import Arm, Follower, Joint
 from stillreach.errors import InputError
-from stillreach.faults import Derated, Fault, Locked, Runaway
+from stillreach.faults import Confined, Derated, Fault, Locked, OneWay, Runaway
 from stillreach.laws import KeepDirection, LeastError, Pseudoinverse, SingularityRobust
 from stillreach.null_motions import Centring, Gradient, Manipulability, NullMotion, Posture, Rates
 from stillreach.simulation.motion import ConstantTwist
@@ -39,7 +39,7 @@ KINDS: dict[str, Callable[..., Any]] = {
     kind_word(kind): kind
     for kind in (
         *(KeepDirection, LeastError, Pseudoinverse, SingularityRobust),
-        *(Locked, Derated, Runaway),
+        *(Locked, Derated, Runaway, Confined, OneWay),
         *(ConstantTwist, Line, Circle, Waypoints, PoseTable),
         *(Posture, Centring, Manipulability, Gradient, Rates),
     )

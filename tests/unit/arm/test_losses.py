@@ -5,7 +5,6 @@ import pytest
 
 import stillreach as sr
 from stillreach._words import direction
-from stillreach.cli._robots import built_in
 
 
 def manipulability(J):
@@ -14,7 +13,7 @@ def manipulability(J):
 
 @pytest.mark.parametrize("name", ["canadarm2", "nasa_modular", "snake9"])
 def test_what_is_left_without_a_joint_is_the_ratio_of_manipulabilities(name):
-    arm = built_in(name).with_limits(velocity=1.0)
+    arm = sr.arms.by_name(name).with_limits(velocity=1.0)
     for q in np.random.default_rng(3).uniform(-2.0, 2.0, (20, arm.n)):
         J = arm.jacobian(q)
         for i, loss in enumerate(arm.losses(q).by_joint.values()):

@@ -36,14 +36,12 @@ def test_any_arm_can_be_drawn_and_fits_into_its_axes(arm):
         assert values.max() < limits[1]
     drawn = [text.get_text().strip() for text in ax.texts]
     assert set(arm.joint_names) <= set(drawn)
-    plt.close(figure)
 
 
 def test_an_arm_draws_itself(arm):
     figure = arm.plot(configurations(arm.n)[9], failed=[arm.joint_names[0]])
     named = ", ".join(text.get_text().strip() for text in figure.axes[0].texts)
     assert sorted(named.split(", ")) == sorted(arm.joint_names)
-    plt.close(figure)
 
 
 def test_a_joint_that_is_not_there_cannot_be_drawn_as_failed(arm):

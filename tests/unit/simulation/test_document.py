@@ -6,6 +6,7 @@ from io import BytesIO
 
 import numpy as np
 import pytest
+from matplotlib import pyplot
 
 import stillreach as sr
 from stillreach.null_motions import Centring, Gradient, Manipulability, Posture, Rates
@@ -65,7 +66,8 @@ SETTINGS = {
 
 def scenario(**settings):
     """Two seconds of an arm of both kinds of joints; not every motion can be done."""
-    faults = [sr.Fault("j2", at=0.4), sr.Fault(4, at=0.2, until=0.8, kind=sr.Derated(1 / 3)), sr.Fault("j7", at=0.6)]
+    faults = [sr.Fault("j2", at=0.4), sr.Fault(3, at=0.2, until=0.8, kind=sr.Derated(1 / 3)), sr.Fault("j7", at=0.6)]
+    faults += [sr.Fault("j5", at=1.0, kind=sr.Confined(-0.5, np.inf)), sr.Fault("j1", at=0.5, kind=sr.OneWay(-1))]
     given = {"arm": eight_joints().with_limits(velocity=0.5), "start": eight_joints_start(), "motion": HALF}
     given |= {"faults": faults, "duration": 2.0, "period": 0.02, "allow_outside": True}
     return sr.Scenario(**{**given, **settings})
@@ -74,6 +76,7 @@ def scenario(**settings):
 def pixels(figure):
     file = BytesIO()
     figure.savefig(file, format="raw", dpi=40)
+    pyplot.close(figure)
     return file.getvalue()
 
 
@@ -114,7 +117,7 @@ def test_a_document_holds_every_setting_of_a_scenario():
     names = set(sr.Scenario.__dataclass_fields__) - {"_"}
     assert names == set(data) - {"format"}
     assert data["track_limits"] == [0.2, {"float": "inf"}]
-    assert data["faults"][1] == {"joint": 4, "at": 0.2, "kind": {"kind": "derated", "fraction": 1 / 3}, "until": 0.8}
+    assert data["faults"][1] == {"joint": 3, "at": 0.2, "kind": {"kind": "derated", "fraction": 1 / 3}, "until": 0.8}
     assert "Infinity" not in scenario_text(scenario())
 
 

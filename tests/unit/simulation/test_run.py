@@ -69,7 +69,7 @@ def test_the_file_says_what_its_numbers_are(tmp_path):
         assert data["rates"].dims == ("time", "joint")
         assert set(data["rates"].attrs["units"].split(", ")) == {"m/s", "rad/s"}
         assert data["component"].values.tolist() == ["vx", "vy", "vz", "wx", "wy", "wz"]
-        assert data["health"].attrs["flag_meanings"] == "healthy locked derated runaway"
+        assert data["health"].attrs["flag_meanings"] == " ".join(state.name.lower() for state in sr.Health)
         active = data["active"].attrs
         meaning = dict(zip(active["flag_values"].tolist(), active["flag_meanings"].split(), strict=True))
         assert (meaning[0], meaning[3], meaning[-2]) == ("free", "position_upper", "rate_lower")
