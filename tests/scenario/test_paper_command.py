@@ -1,6 +1,7 @@
 """`stillreach paper` from end to end."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -59,8 +60,8 @@ def test_rates_stay_inside_the_limit_and_failed_joints_stand_still(reproduction,
     run = sr.Run.load(reproduction.folder / f"{name}.nc")
     if name == "example-2-failed-pseudoinverse":
         assert np.all(np.isinf(run.upper[run.health == 0]))
-        assert "no rate limit" in run.attrs["velocity_limits"]
-        assert "without rate limit" in run.attrs["title"]
+        assert np.all(np.isinf(run.scenario.velocity_limits))
+        assert "without rate limit" in run.scenario.title
     else:
         assert np.max(np.abs(run.rates)) <= np.deg2rad(50.0)
         assert np.all((run.lower <= run.rates) & (run.rates <= run.upper))
@@ -75,15 +76,14 @@ def test_each_run_is_the_paper_s_twenty_seconds_in_steps_of_a_twentieth(reproduc
         run = sr.Run.load(reproduction.folder / f"{name}.nc")
         period = 0.01 if name.endswith("stillreach") else 0.05
         np.testing.assert_allclose(run.time, np.arange(round(20 / period) + 1) * period, atol=1e-12)
-        assert run.attrs["integrator"] == "euler"
+        assert run.scenario.integrator == "euler"
 
 
 def test_the_free_run_of_example_2_costs_less_than_the_default_price():
     """Its smallest singular value is 0.41, and its rates are a tenth of their limits."""
     scenario = examples.scenarios()[examples.EXAMPLE_2_FREE]
-    settings = {**vars(scenario), "task": sr.Task(), "velocity_limits": np.deg2rad(50.0)}
     rates = [
-        sr.simulate(sr.Scenario(**{**settings, "law": law})).rates
+        sr.simulate(replace(scenario, task=sr.Task(), velocity_limits=np.deg2rad(50.0), law=law)).rates
         for law in (sr.LeastError(), sr.LeastError(price=None), sr.Pseudoinverse())
     ]
     np.testing.assert_allclose(rates[0], rates[1], atol=1e-9)

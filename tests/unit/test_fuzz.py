@@ -1,4 +1,4 @@
-"""A few of the files that `python tests/fuzz.py` spoils (more with STILLREACH_FULL=1), and that it sees what it should see."""
+"""A few of the files that `python tests/fuzz.py` spoils, more with STILLREACH_FULL=1; it sees what it should see."""
 
 import os
 import random
