@@ -12,10 +12,23 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "src" / "stillreach"
 
 LAYERS = (
-    {"_core", "errors", "_labels", "_door", "_files", "_text", "_units", "_rotations", "_formats", "_words"},
+    {
+        "_core",
+        "errors",
+        "_labels",
+        "_door",
+        "_files",
+        "_text",
+        "_units",
+        "_rotations",
+        "_formats",
+        "_messages",
+        "_packages",
+        "_words",
+    },
     {"arm"},
     {"arms"},
-    {"bounds", "faults", "null_motions", "task", "status", "insight"},
+    {"_forms", "_kinds", "_lists", "_reading", "bounds", "faults", "null_motions", "task", "status", "insight"},
     {"laws"},
     {"batch", "rollouts"},
     {"control"},

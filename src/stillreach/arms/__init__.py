@@ -9,11 +9,12 @@ import inspect
 import re
 from typing import TYPE_CHECKING, Any
 
+from stillreach._messages import did_you_mean
 from stillreach.arms.made import nasa_modular as nasa_modular
 from stillreach.arms.made import planar as planar
 from stillreach.arms.made import snake as snake
 from stillreach.arms.robot import Robot
-from stillreach.errors import InputError, did_you_mean
+from stillreach.errors import InputError
 
 if TYPE_CHECKING:
     from stillreach.arm import Arm

@@ -1,7 +1,7 @@
 """Simulation: a Scenario in, a Run out."""
 
 from stillreach.simulation.comparison import Comparison, compare
-from stillreach.simulation.motion import ConstantTwist
+from stillreach.simulation.motion import ConstantTwist, Wait
 from stillreach.simulation.pose_table import PoseTable
 from stillreach.simulation.run import Run
 from stillreach.simulation.scenario import Scenario
@@ -19,6 +19,7 @@ __all__ = [
     "Run",
     "Scenario",
     "Summary",
+    "Wait",
     "Waypoints",
     "compare",
     "scenario_names",

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stillreach._words import direction, shown, shown_angle, shown_length, tidy
-from stillreach.faults import Confined, Derated, Fault, OneWay, Runaway
+from stillreach.faults import Fault
 from stillreach.simulation.scenario import Scenario
 from stillreach.status import IN_WORDS, Status
 
@@ -60,23 +60,9 @@ def fault_groups(scenario: Scenario, names: Sequence[str]) -> list[tuple[str, Fa
     found: dict[tuple[str, float, float | None], tuple[list[str], Fault]] = {}
     for fault in scenario.faults:
         joint = scenario.arm.joint_index(fault.joint)
-        what = _what_happens(fault, scenario.arm.joint_units[joint])
+        what = fault.kind.sentence(slides=bool(scenario.arm.kinds[joint]))
         found.setdefault((what, fault.at, fault.until), ([], fault))[0].append(names[joint])
     return [(f"{', '.join(joints)} {what}", fault) for (what, _, _), (joints, fault) in found.items()]
-
-
-def _what_happens(fault: Fault, unit: str) -> str:
-    """A fault in a few words: ``locked``, ``at 20 %``, ``runs away, 3 deg/s``."""
-    if isinstance(fault.kind, Derated):
-        return f"at {100 * fault.kind.fraction:.3g} %"
-    if isinstance(fault.kind, Runaway):
-        return f"runs away, {shown(fault.kind.rate, unit, rate=True)}"
-    if isinstance(fault.kind, Confined):
-        lower, upper = shown(fault.kind.lower, unit), shown(fault.kind.upper, unit)
-        return f"confined to {lower.split()[0]} … {upper}"
-    if isinstance(fault.kind, OneWay):
-        return f"one way, {'+' if fault.kind.direction > 0.0 else '-'}"
-    return "locked"
 
 
 def fault_lines(scenario: Scenario) -> list[str]:

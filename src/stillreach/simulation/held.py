@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stillreach._door import FloatArray
-from stillreach.faults import Derated
 from stillreach.status import Health, Reason
 
 if TYPE_CHECKING:
@@ -53,5 +52,5 @@ def _derating(run: Run) -> FloatArray:
     left = np.ones_like(run.rates)
     for tick, changes in sorted(run.scenario.schedule.changes.items()):
         for joint, kind in changes:
-            left[tick:, joint] = kind.fraction if isinstance(kind, Derated) else 1.0
+            left[tick:, joint] = 1.0 if kind is None else kind.share
     return left
