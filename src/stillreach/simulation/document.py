@@ -26,8 +26,6 @@ FORMAT = 1
 """Of the document; one of another format is refused."""
 PYTHON = "python"
 """Kind of what only Python can hold: a function. Its name stands in its place."""
-
-
 KINDS: dict[str, Any] = {kind.word: kind for kind in (*LAWS, *FAULTS, *MOTIONS, *NULL_MOTIONS)}
 """Every law, fault, motion and null motion that a document can hold."""
 PARTS = (Arm, Joint, Follower, Task, Weights, Fault)
