@@ -5,14 +5,13 @@ from __future__ import annotations
 import inspect
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NoReturn
 
 import numpy as np
 
 from stillreach import _door
-from stillreach._kinds import by_word
 from stillreach.arm import Arm, Follower, Joint
 from stillreach.errors import InputError
 from stillreach.faults import FAULTS, Fault
@@ -27,10 +26,8 @@ FORMAT = 1
 """Of the document; one of another format is refused."""
 PYTHON = "python"
 """Kind of what only Python can hold: a function. Its name stands in its place."""
-
-
-KINDS: dict[str, Callable[..., Any]] = by_word([*LAWS, *FAULTS, *MOTIONS, *NULL_MOTIONS])
-"""Every law, fault, motion and null motion, by its word."""
+KINDS: dict[str, Any] = {kind.word: kind for kind in (*LAWS, *FAULTS, *MOTIONS, *NULL_MOTIONS)}
+"""Every law, fault, motion and null motion that a document can hold."""
 PARTS = (Arm, Joint, Follower, Task, Weights, Fault)
 """What else it is made of; their place says which they are."""
 
