@@ -1,9 +1,11 @@
-"""The table of a scenario file's arm, in one of five ways."""
+"""The table of a scenario file's arm, in one of several ways."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
+from stillreach._formats import FORMATS
 from stillreach._forms import Integer, Number, Text, Word
 from stillreach._kinds import Choice, Key, Table, keys_for
 from stillreach._lists import MOST_JOINTS, List, Named
@@ -19,7 +21,8 @@ LENGTH, ANGLE, NAME = Number("length"), Number("angle"), Text()
 LENGTHS = List(Number("length", least=0.0))
 NAMES = {"anyOf": [{"enum": sorted(BUILDERS)}, {"pattern": f"^({'|'.join(SIZED)})[0-9]{{1,4}}$"}]}
 """Of built-in arms, for editors."""
-FILES = {"urdf": Arm.from_urdf, "mjcf": Arm.from_mjcf}
+FILES: dict[str, Callable[..., Arm]] = {key: getattr(Arm, f"from_{key}") for key in FORMATS}
+TIPS = ", ".join(f"{f.tip} ({f.word})" for f in FORMATS.values())
 
 
 class Robot(Choice):
@@ -54,15 +57,16 @@ def _from_file(values: dict[str, Any], reading: Reading) -> Arm:
         raise InputError(kind, f"a robot file that {error.extra} reads, which is not installed", str(error)) from None
 
 
-def _file_table(kind: str, text: str) -> Table:
+def _file_table(kind: str) -> Table:
     own = keys_for(
         FILES[kind],
         **{kind: (Text(), f"The file, {WHERE}")},
-        tip=(NAME, "Link (URDF), body or site (MJCF) that carries the tool"),
+        tip=(NAME, f"{TIPS} that carries the tool"),
         base=(NAME, "Link or body that the arm stands on; the root if absent"),
         fixed=(Named(Number("joint")), "Joints that are held at a value and are no part of the arm"),
     )
-    return Table(f"{kind.upper()}Robot", text, own, _from_file)
+    word = FORMATS[kind].word
+    return Table(f"{word}Robot", f"A robot from a file: {word}.", own, _from_file)
 
 
 ROW = Table(
@@ -120,7 +124,6 @@ ROBOT = Robot(
             ),
             lambda values, reading: Arm.from_dh(values.pop("dh"), **values),
         ),
-        "urdf": _file_table("urdf", "A robot from a URDF file."),
-        "mjcf": _file_table("mjcf", "A robot from an MJCF file (MuJoCo)."),
+        **{kind: _file_table(kind) for kind in FORMATS},
     }
 )
