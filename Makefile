@@ -5,8 +5,8 @@ JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 BIN := .venv/bin
 STAMPS := .venv/stamps
 CMAKE := PATH="$(CURDIR)/$(BIN):$$PATH" cmake
-SOURCES := $(shell find src include bindings -name __pycache__ -prune -o -print) CMakeLists.txt pyproject.toml LICENSE README.md
-LINTED := $(wildcard src tests examples bench scripts docs)
+SOURCES := $(shell find src include bindings dispatch cmake -name __pycache__ -prune -o -print) CMakeLists.txt pyproject.toml LICENSE README.md
+LINTED := $(wildcard src tests examples bench scripts docs conanfile.py)
 
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from stillreach import errors, insight, null_motions
     from stillreach._core import Solution
+    from stillreach._cpp import get_cmake_dir, get_include
     from stillreach.arm import Arm, DHRow, Follower, Joint
     from stillreach.arm import catalogue as arms
     from stillreach.batch import BatchSolution, solve_batch
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 # Where each public name lives. They are imported on first use: `stillreach --version` needs none of them, nor NumPy.
 _HOMES = {
     "_core": ("Solution",),
+    "_cpp": ("get_cmake_dir", "get_include"),
     "arm": ("Arm", "DHRow", "Follower", "Joint"),
     "batch": ("BatchSolution", "solve_batch"),
     "bounds": ("Bounds",),
@@ -105,6 +107,8 @@ __all__ = [
     "Weights",
     "arms",
     "errors",
+    "get_cmake_dir",
+    "get_include",
     "insight",
     "null_motions",
     "rollout_batch",
