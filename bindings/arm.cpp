@@ -28,9 +28,9 @@ static void make_arm(Arm* self, nb::handle kinds, nb::handle placements, nb::han
   std::vector<double> all(16 * (n + 1));
   std::memcpy(all.data(), checked.data(), sizeof(double) * 16 * n);
   std::memcpy(all.data() + 16 * n, end.data(), sizeof(double) * 16);
-  std::vector<std::int8_t> kind;
-  for (nb::handle k : nb::iter(kinds)) kind.push_back(static_cast<std::int8_t>(nb::cast<int>(nb::int_(k))));
-  if (static_cast<long>(kind.size()) != n) refuse("kinds", describe(kinds), std::to_string(n) + " kinds (0 revolute, 1 prismatic)");
+  std::vector<stillreach::JointKind> kind;
+  for (nb::handle k : nb::iter(kinds)) kind.push_back(nb::cast<stillreach::JointKind>(k));
+  if (static_cast<long>(kind.size()) != n) refuse("kinds", describe(kinds), std::to_string(n) + " kinds");
   Arm arm{static_cast<int>(n), std::vector<stillreach::Link>(n), {}, {}, {}, {}, {}};
   arm.chain = kernel().align_axes(arm.n, kind.data(), all.data(), axis.data(), arm.links.data());
   couple(arm, leaders, factors, offsets);
@@ -91,7 +91,7 @@ void bind_arm(nb::module_& m) {
   nb::class_<Arm>(m, "ArmModel", "A serial chain, as the core reads it.")
       .def("__init__", &make_arm, nb::arg("kinds"), nb::arg("placements"), nb::arg("axes"), nb::arg("tool"),
            nb::arg("leaders") = nb::none(), nb::arg("factors") = nb::none(), nb::arg("offsets") = nb::none(),
-           "kinds (n,) 0 revolute, 1 prismatic; placements (n, 4, 4) of the joint frames seen from what the joint before moves; "
+           "kinds (n,) JointKind; placements (n, 4, 4) of the joint frames seen from what the joint before moves; "
            "axes (n, 3) unit vectors in the joint frames; tool (4, 4). With leaders (n,) of these joints joint a is at "
            "factors[a] q[leaders[a]] + offsets[a], and the arm has as many joints as there are leaders.")
       .def_prop_ro("n", [](const Arm& a) { return a.n; }, "Number of joints.")

@@ -44,16 +44,17 @@ static void make_controller(Controller* self, const Arm& arm, const Law& law, co
   for (int r = 0; r < m; ++r) s.rows[r] = nb::cast<int>(rows[r]), s.every_row = s.every_row && s.rows[r] == r;
   s.period = period, s.return_rate = return_rate, s.transition_rate = transition_rate;
   s.track_gain = track_gain, s.track_linear = s.track_angular = std::numeric_limits<double>::infinity();
-  s.null_kind = stillreach::NULL_NONE, s.null_largest = std::numeric_limits<double>::infinity();
+  s.null_kind = stillreach::NullMotionKind::NONE, s.null_largest = std::numeric_limits<double>::infinity();
 
-  c.numbers.assign(34 * static_cast<std::size_t>(n), 0.0), c.bytes.assign(6 * static_cast<std::size_t>(n), 0);
+  c.numbers.assign(33 * static_cast<std::size_t>(n), 0.0), c.bytes.assign(5 * static_cast<std::size_t>(n), 0);
   double* at = c.numbers.data();
   const auto take = [&](int times) { double* p = at; at += static_cast<std::size_t>(times) * n; return p; };
   s.rate_lower = take(1), s.rate_upper = take(1), s.position_lower = take(1), s.position_upper = take(1), s.acceleration = take(1);
-  s.null_vector = take(1), s.fault_value = take(1), s.last = take(1), s.anchor = take(1), s.lower = take(1), s.upper = take(1), s.reference = take(1);
+  s.null_vector = take(1), s.last = take(1), s.anchor = take(1), s.lower = take(1), s.upper = take(1), s.reference = take(1);
   s.task_jacobian = s.every_row ? nullptr : take(6), s.scratch = take(10), s.jacobian = take(6);
   if (s.every_row) s.task_jacobian = s.jacobian;
-  s.health = c.bytes.data(), s.active = s.health + n, s.lower_reason = s.active + n, s.upper_reason = s.lower_reason + n;
+  c.faults.assign(n, {}), s.faults = c.faults.data();
+  s.active = c.bytes.data(), s.lower_reason = s.active + n, s.upper_reason = s.lower_reason + n;
   s.closing = s.upper_reason + n;
   std::int8_t* const turns = s.closing + n;
   for (int i = 0; i < n; ++i) turns[i] = nb::cast<bool>(rotary[i]);
@@ -80,12 +81,13 @@ static void set_limits(Controller& c, nb::handle rate_lower, nb::handle rate_upp
 
 static void set_track_limits(Controller& c, double linear, double angular) { c.state.track_linear = linear, c.state.track_angular = angular; }
 
-// What the controller did and what is broken, for a copy of it: numbers, then one byte each.
+// What the controller did and what is broken, for a copy of it.
 template <class Visit>
 static void each_memory(stillreach::ControllerState& s, int n, Visit visit) {
-  visit(s.fault_value, n), visit(s.last, n), visit(s.anchor, n), visit(&s.transition, 1);
+  for (int i = 0; i < n; ++i) visit(&s.faults[i].health, 1), visit(s.faults[i].number, 2);
+  visit(s.last, n), visit(s.anchor, n), visit(&s.transition, 1);
   visit(s.multiplier.u, 6), visit(s.multiplier.kappa, stillreach::kParts), visit(&s.multiplier.known, 1);
-  visit(s.health, n), visit(s.active, n), visit(s.closing, n);
+  visit(s.active, n), visit(s.closing, n);
 }
 
 static nb::bytes get_state(Controller& c) {
@@ -271,8 +273,22 @@ static int clear_tick(PyObject* self) {
 static PyType_Slot controller_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&visit_controller)}, {Py_tp_clear, reinterpret_cast<void*>(&clear_controller)}, {0, nullptr}};
 static PyType_Slot tick_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&visit_tick)}, {Py_tp_clear, reinterpret_cast<void*>(&clear_tick)}, {0, nullptr}};
 
-static void set_health(Controller& c, int joint, int health, double value) {
-  kernel().set_health(c.state, joint, health, value);
+static void set_fault(Controller& c, int joint, stillreach::Health health, double first, double second) {
+  kernel().set_fault(c.state, joint, {health, {first, second}});
+}
+
+// The largest rate of each joint that works, as its fault leaves it of the `limits` (n,); 0 of the others.
+static nb::object working_rates(const Controller& c, nb::handle limits) {
+  nb::object array = new_vector(c.n());
+  View view;
+  view.open(array);
+  double* const rates = view.data();
+  read_vector("limits", limits, c.n(), rates, false);
+  for (int i = 0; i < c.n(); ++i) {
+    const stillreach::Fault& fault = c.state.faults[i];
+    rates[i] = stillreach::works(fault) ? stillreach::largest_rate(fault, -rates[i], rates[i]) : 0.0;
+  }
+  return array;
 }
 
 static void reset(Controller& c, nb::handle rates) {
@@ -287,7 +303,7 @@ static void reset(Controller& c, nb::handle rates) {
   c.state.transition = 0.0;
 }
 
-static void set_null_motion(Controller& c, int kind, double gain, double largest, nb::handle vector, nb::handle gradient) {
+static void set_null_motion(Controller& c, stillreach::NullMotionKind kind, double gain, double largest, nb::handle vector, nb::handle gradient) {
   auto next = std::make_unique<NullMotion>();
   next->kind = kind, next->gain = gain, next->largest = largest, next->vector.assign(c.n(), 0.0);
   if (!vector.is_none()) read_vector("null_motion", vector, c.n(), next->vector.data());
@@ -327,7 +343,9 @@ void bind_controller(nb::module_& m) {
         "feedforward, with period (1,) how long the rates are held [s], writes rates (n,) in place and returns the Status. It "
         "raises no Exception: input that is not finite, a target that is no pose and a period that is not above 0 are answered with "
         "INVALID_INPUT and braking. Ctrl-C in a gradient is raised, and the tick is left out. Inputs are read before rates are written, so that the arrays may overlap.");
-  c.def("_set_health", &set_health, nb::arg("joint"), nb::arg("health"), nb::arg("value"));
+  c.def("_set_fault", &set_fault, nb::arg("joint"), nb::arg("health"), nb::arg("first"), nb::arg("second"));
+  c.def("_working_rates", &working_rates, nb::arg("limits"),
+        nb::sig("def _working_rates(self, limits: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]"));
   c.def("_set_limits", &set_limits, nb::arg("rate_lower"), nb::arg("rate_upper"), nb::arg("position_lower"), nb::arg("position_upper"),
         nb::arg("acceleration"), nb::arg("speed"), nb::arg("closing"));
   c.def("_set_track_limits", &set_track_limits, nb::arg("linear"), nb::arg("angular"));
@@ -338,8 +356,10 @@ void bind_controller(nb::module_& m) {
         nb::arg("gradient").none());
   c.def_prop_ro("health", [](const Controller& s) {
     nb::object numpy = nb::module_::import_("numpy");
-    return numpy.attr("frombuffer")(nb::bytes(reinterpret_cast<const char*>(s.state.health), s.n()), nb::arg("dtype") = numpy.attr("int8"));
-  }, nb::sig("def health(self) -> numpy.typing.NDArray[numpy.int8]"), "(n,) 0 healthy, 1 locked, 2 derated, 3 runaway.");
+    std::string codes;
+    for (const stillreach::Fault& fault : s.faults) codes.push_back(static_cast<char>(fault.health));
+    return numpy.attr("frombuffer")(nb::bytes(codes.data(), codes.size()), nb::arg("dtype") = numpy.attr("int8"));
+  }, nb::sig("def health(self) -> numpy.typing.NDArray[numpy.int8]"), "(n,) Health of each joint.");
   c.def_prop_ro("last_rates", [](const Controller& s) {
     nb::object array = new_vector(s.n());
     View view;

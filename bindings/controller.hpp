@@ -5,7 +5,7 @@
 
 // A null motion as _set_null_motion() brings it.
 struct NullMotion {
-  int kind;
+  stillreach::NullMotionKind kind;
   double gain, largest;
   std::vector<double> vector;  // n
   nb::object gradient;         // a callable q -> (n,); invalid where there is none
@@ -18,6 +18,7 @@ struct Controller {
   Scratch scratch;
   std::vector<double> numbers;       // everything that `state` points to
   std::vector<std::int8_t> bytes;
+  std::vector<stillreach::Fault> faults;
   std::vector<double> rates, residual;
   std::vector<double> measured, proposed;  // leased to one call at a time
   std::vector<std::int8_t> active;

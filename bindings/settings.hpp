@@ -66,6 +66,7 @@ struct Arm {
   }
 };
 
+void bind_enums(nb::module_& m);
 void bind_settings(nb::module_& m);
 void bind_arm(nb::module_& m);
 void bind_solution(nb::module_& m);

@@ -10,16 +10,15 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from stillreach import errors, insight, null_motions
+    from stillreach import arms, errors, insight, null_motions
     from stillreach._core import Solution
     from stillreach._cpp import get_cmake_dir, get_include
     from stillreach.arm import Arm, DHRow, Follower, Joint
-    from stillreach.arm import catalogue as arms
     from stillreach.batch import BatchSolution, solve_batch
     from stillreach.bounds import Bounds
     from stillreach.control import Controller
     from stillreach.errors import InputError, StillreachError
-    from stillreach.faults import Derated, Fault, Locked, Runaway
+    from stillreach.faults import Confined, Derated, Fault, Locked, OneWay, Runaway
     from stillreach.laws import KeepDirection, Law, LeastError, Pseudoinverse, SingularityRobust
     from stillreach.rollouts import BatchRollout, rollout_batch
     from stillreach.simulation import (
@@ -46,7 +45,7 @@ _HOMES = {
     "bounds": ("Bounds",),
     "control": ("Controller",),
     "errors": ("InputError", "StillreachError"),
-    "faults": ("Derated", "Fault", "Locked", "Runaway"),
+    "faults": ("Confined", "Derated", "Fault", "Locked", "OneWay", "Runaway"),
     "laws": ("KeepDirection", "Law", "LeastError", "Pseudoinverse", "SingularityRobust"),
     "rollouts": ("BatchRollout", "rollout_batch"),
     "simulation": (
@@ -66,7 +65,7 @@ _HOMES = {
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 _MODULES = {
-    "arms": "arm.catalogue",
+    "arms": "arms",
     "errors": "errors",
     "insight": "insight",
     "null_motions": "null_motions",
@@ -78,6 +77,7 @@ __all__ = [
     "BatchSolution",
     "Bounds",
     "Circle",
+    "Confined",
     "ConstantTwist",
     "Controller",
     "DHRow",
@@ -92,6 +92,7 @@ __all__ = [
     "LeastError",
     "Line",
     "Locked",
+    "OneWay",
     "PoseTable",
     "Pseudoinverse",
     "Reason",

@@ -10,12 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
+from stillreach._core import NullMotionKind
 from stillreach._door import FloatArray
 from stillreach._labels import Labels
 from stillreach.errors import InputError
-
-# NullMotionKind of the core
-NONE, RATES, POSTURE, CENTRING, MANIPULABILITY, GRADIENT = range(6)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -31,7 +29,7 @@ class NullMotion:
     def __post_init__(self) -> None:
         object.__setattr__(self, "max_rate", _door.positive("max_rate", self.max_rate, allow_inf=True))
 
-    def core(self, joints: Labels) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
+    def core(self, joints: Labels) -> tuple[NullMotionKind, float, npt.ArrayLike | None, Callable[..., object] | None]:
         """(kind, gain, vector, gradient) as the compiled core reads them, for an arm of these joints."""
         raise TypeError(f"{type(self).__name__} is a base class; use one of the null motions")
 
@@ -46,9 +44,9 @@ class Rates(NullMotion):
 
     rates: npt.ArrayLike
 
-    def core(self, joints: Labels) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
+    def core(self, joints: Labels) -> tuple[NullMotionKind, float, npt.ArrayLike | None, Callable[..., object] | None]:
         """The given rates."""
-        return RATES, 1.0, _vector("rates", self.rates, joints), None
+        return NullMotionKind.RATES, 1.0, _vector("rates", self.rates, joints), None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,9 +63,9 @@ class Posture(NullMotion):
     q: npt.ArrayLike
     gain: float = 1.0
 
-    def core(self, joints: Labels) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
+    def core(self, joints: Labels) -> tuple[NullMotionKind, float, npt.ArrayLike | None, Callable[..., object] | None]:
         """The posture and its gain."""
-        return POSTURE, _door.positive("gain", self.gain), _vector("q", self.q, joints), None
+        return NullMotionKind.POSTURE, _door.positive("gain", self.gain), _vector("q", self.q, joints), None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -80,9 +78,9 @@ class Centring(NullMotion):
 
     gain: float = 1.0
 
-    def core(self, joints: Labels) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
+    def core(self, joints: Labels) -> tuple[NullMotionKind, float, npt.ArrayLike | None, Callable[..., object] | None]:
         """The gain."""
-        return CENTRING, _door.positive("gain", self.gain), None, None
+        return NullMotionKind.CENTRING, _door.positive("gain", self.gain), None, None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -103,9 +101,9 @@ class Manipulability(NullMotion):
         super().__post_init__()
         _door.positive("max_rate", self.max_rate)  # near a singularity the gradient has no bound of its own
 
-    def core(self, joints: Labels) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
+    def core(self, joints: Labels) -> tuple[NullMotionKind, float, npt.ArrayLike | None, Callable[..., object] | None]:
         """The gain."""
-        return MANIPULABILITY, _door.positive("gain", self.gain), None, None
+        return NullMotionKind.MANIPULABILITY, _door.positive("gain", self.gain), None, None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -122,12 +120,12 @@ class Gradient(NullMotion):
     gradient: npt.ArrayLike | Callable[[npt.NDArray[np.float64]], npt.ArrayLike]
     gain: float = 1.0
 
-    def core(self, joints: Labels) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
+    def core(self, joints: Labels) -> tuple[NullMotionKind, float, npt.ArrayLike | None, Callable[..., object] | None]:
         """The gradient and its gain."""
         gain = _door.positive("gain", self.gain)
         if callable(self.gradient):
-            return GRADIENT, gain, None, self.gradient
-        return GRADIENT, gain, _vector("gradient", self.gradient, joints), None
+            return NullMotionKind.GRADIENT, gain, None, self.gradient
+        return NullMotionKind.GRADIENT, gain, _vector("gradient", self.gradient, joints), None
 
 
 def checked_null_motion(value: Any, joints: Labels) -> NullMotion | None:
@@ -143,10 +141,10 @@ def checked_null_motion(value: Any, joints: Labels) -> NullMotion | None:
 
 def null_motion_settings(
     motion: NullMotion | None, joints: Labels
-) -> tuple[int, float, float, npt.ArrayLike | None, Callable[..., object] | None]:
+) -> tuple[NullMotionKind, float, float, npt.ArrayLike | None, Callable[..., object] | None]:
     """(kind, gain, largest rate, vector, gradient) of a null motion, as the compiled core reads them."""
     if motion is None:
-        return NONE, 0.0, float("inf"), None, None
+        return NullMotionKind.NONE, 0.0, float("inf"), None, None
     kind, gain, vector, gradient = motion.core(joints)
     return kind, gain, motion.max_rate, vector, gradient
 

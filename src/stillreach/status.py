@@ -3,36 +3,40 @@
 from __future__ import annotations
 
 import operator
-from enum import IntEnum, IntFlag
+from enum import IntFlag
 from typing import Any
+
+from stillreach._core import STATUS, Health, Reason
+
+__all__ = ["Health", "Reason", "Status"]
 
 
 class Status(IntFlag):
     """Flags of a tick; several can be set. The values are the compiled core's."""
 
-    OK = 0
+    OK = STATUS["OK"]
     """No other flag."""
-    SATURATED = 1
+    SATURATED = STATUS["SATURATED"]
     """A working joint is at a limit: one that is healthy, or that its fault leaves a choice, however little."""
-    SCALED = 2
+    SCALED = STATUS["SCALED"]
     """Less than the whole commanded twist was aimed at (KeepDirection)."""
-    DAMPED = 4
+    DAMPED = STATUS["DAMPED"]
     """The damping factor is above 0."""
-    SINGULAR = 8
+    SINGULAR = STATUS["SINGULAR"]
     """The working joints' Jacobian has lost rank."""
-    OVER_LIMIT = 16
+    OVER_LIMIT = STATUS["OVER_LIMIT"]
     """The rates exceed a bound (Pseudoinverse only)."""
-    NO_WORKING_JOINT = 32
+    NO_WORKING_JOINT = STATUS["NO_WORKING_JOINT"]
     """Every joint has failed, and no fault leaves a choice."""
-    FAULT_NOT_COMPENSATED = 64
+    FAULT_NOT_COMPENSATED = STATUS["FAULT_NOT_COMPENSATED"]
     """A runaway joint moves the tool, and the others cannot make up for it."""
-    CLIPPED = 128
+    CLIPPED = STATUS["CLIPPED"]
     """Rates were cut to their bounds one by one (damping laws)."""
-    LIMIT_GIVEN_UP = 256
+    LIMIT_GIVEN_UP = STATUS["LIMIT_GIVEN_UP"]
     """Limits contradicted each other; the one of lower precedence was given up."""
-    ITERATION_LIMIT = 512
+    ITERATION_LIMIT = STATUS["ITERATION_LIMIT"]
     """A search reached its limit of steps; the result is the best found, inside the bounds."""
-    INVALID_INPUT = 1024
+    INVALID_INPUT = STATUS["INVALID_INPUT"]
     """An input is NaN or infinite; the rates brake."""
 
     @classmethod
@@ -45,22 +49,3 @@ class Status(IntFlag):
 
     def __str__(self) -> str:
         return self.name or "OK"
-
-
-class Reason(IntEnum):
-    """Why a rate bound is what it is. In ``Solution.active`` negative at the lower bound, positive at the upper one."""
-
-    FREE = 0
-    FAULT = 1
-    RATE = 2
-    POSITION = 3
-    ACCELERATION = 4
-
-
-class Health(IntEnum):
-    """State of a joint, as ``Run.health`` and ``Controller.health`` hold it."""
-
-    HEALTHY = 0
-    LOCKED = 1
-    DERATED = 2
-    RUNAWAY = 3

@@ -66,7 +66,7 @@ void rows(Checksum& sum, const Chain& chain, const stillreach::LawSettings& law,
 int main() {
   Options narrow, limits, weighted;
   narrow.rate = 0.3, narrow.transition_rate = 2.0;
-  limits.rows = {0, 1, 2}, limits.position = 1.5, limits.acceleration = 20.0, limits.null_kind = stillreach::NULL_MANIPULABILITY;
+  limits.rows = {0, 1, 2}, limits.position = 1.5, limits.acceleration = 20.0, limits.null_kind = stillreach::NullMotionKind::MANIPULABILITY;
   weighted.joint_matrix = true, weighted.rate = 0.5, weighted.rows = {0, 2, 4, 5}, weighted.tool_axes = true;
   for (const NamedLaw& law : every_law()) {
     Checksum one, many;

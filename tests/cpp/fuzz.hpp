@@ -115,7 +115,8 @@ struct Weights {
 };
 
 inline stillreach::LawSettings any_law() {
-  stillreach::LawSettings law{below(4), below(3), below(2), below(3) ? between(0, 1) : below(2) ? decade(-310, 308) : 0.0,
+  stillreach::LawSettings law{static_cast<stillreach::LawKind>(below(4)), static_cast<stillreach::DampingKind>(below(3)),
+                              static_cast<stillreach::NormKind>(below(2)), below(3) ? between(0, 1) : below(2) ? decade(-310, 308) : 0.0,
                               below(4) ? 1e-10 : decade(-320, -1e-9), below(stillreach::kParts + 1), {}, {}, -1, 0.0, 0.0};
   for (int g = 0; g < law.parts; ++g) law.price[g] = below(3) ? decade(0, 3) : decade(-308, 308);
   for (int r = 0; r < 6 && law.parts > 0; ++r) law.part[r] = static_cast<std::int8_t>(below(law.parts));
@@ -131,14 +132,14 @@ struct AnyArm {
     const double scale = below(5) ? 1.0 : decade(-12, 12);
     const bool turned = below(5) != 0;
     Numbers placements(16 * (n + 1), 0.0), axes(3 * n, 0.0);
-    Codes kinds(n);
+    std::vector<stillreach::JointKind> kinds(n);
     for (int i = 0; i <= n; ++i) {
       double* T = &placements[16 * i];
       T[15] = 1.0;
       rotation(turned, T);
       for (int r = 0; r < 3; ++r) T[4 * r + 3] = below(3) ? between(-1, 1) * scale : 0.0;
     }
-    for (int i = 0; i < n; ++i) axes[3 * i + below(3)] = below(2) ? 1.0 : -1.0, kinds[i] = below(5) == 0;
+    for (int i = 0; i < n; ++i) axes[3 * i + below(3)] = below(2) ? 1.0 : -1.0, kinds[i] = below(5) ? stillreach::JointKind::REVOLUTE : stillreach::JointKind::PRISMATIC;
     view = kernel().align_axes(n, kinds.data(), placements.data(), axes.data(), links.data());
     view.links = links.data();
   }
@@ -177,6 +178,6 @@ inline std::string shown(const char* name, const double* a, int count) {
 }
 inline std::string shown(const stillreach::LawSettings& law) {
   char text[160];
-  std::snprintf(text, sizeof text, "law %d damping %d norm %d kappa %g rank %g", law.kind, law.damping, law.norm, law.kappa, law.rank_tolerance);
+  std::snprintf(text, sizeof text, "law %d damping %d norm %d kappa %g rank %g", static_cast<int>(law.kind), static_cast<int>(law.damping), static_cast<int>(law.norm), law.kappa, law.rank_tolerance);
   return text;
 }

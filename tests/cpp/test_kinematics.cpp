@@ -36,7 +36,7 @@ void planar_arm_by_hand() {
 void slide_on_a_turn_by_hand() {  // turn about y, then slide along the turned x
   Chain c;
   c.joint(0, 0, 0.5, 0, 1, 0);
-  c.joint(0, 0, 0, 1, 0, 0, stillreach::PRISMATIC);
+  c.joint(0, 0, 0, 1, 0, 0, stillreach::JointKind::PRISMATIC);
   c.shift(1, 0, 0);
   Kinematics k(c);
   const double a = 0.4, d = 0.25, reach = 1.0 + d;
@@ -146,7 +146,7 @@ void poses_and_jacobians_are_products() {
       if (random.below(3) == 0) a[random.below(2)] = a[2], a[2] = 0.0;
       const bool turns = random.below(4) != 0;
       chain.axes.insert(chain.axes.end(), a, a + 3);
-      chain.kinds.push_back(turns ? stillreach::REVOLUTE : stillreach::PRISMATIC);
+      chain.kinds.push_back(turns ? stillreach::JointKind::REVOLUTE : stillreach::JointKind::PRISMATIC);
       const Pose& e = expected;
       axis.push_back({});
       for (int r = 0; r < 3; ++r) axis[i][r] = e[4 * r] * a[0] + e[4 * r + 1] * a[1] + e[4 * r + 2] * a[2];
@@ -160,7 +160,7 @@ void poses_and_jacobians_are_products() {
     for (int i = 0; i < n; ++i)
       for (int r = 0; r < 3; ++r) {
         const int s = (r + 1) % 3, t = (r + 2) % 3;
-        const bool turns = chain.kinds[i] == stillreach::REVOLUTE;
+        const bool turns = chain.kinds[i] == stillreach::JointKind::REVOLUTE;
         const double across = axis[i][s] * (expected[4 * t + 3] - at[i][t]) - axis[i][t] * (expected[4 * s + 3] - at[i][s]);
         CHECK_NEAR(k.jacobian[6 * i + r], turns ? across : axis[i][r], 10 * tolerance);
         CHECK_NEAR(k.jacobian[6 * i + 3 + r], turns ? axis[i][r] : 0.0, tolerance);

@@ -111,7 +111,7 @@ void promises_hold_everywhere() {
 void promises_hold_with_semidefinite_weights() {
   Random random(7);
   for (const NamedLaw& law : every_law()) {
-    if (law.settings.kind != stillreach::PSEUDOINVERSE && law.settings.kind != stillreach::SINGULARITY_ROBUST) continue;
+    if (law.settings.kind != stillreach::LawKind::PSEUDOINVERSE && law.settings.kind != stillreach::LawKind::SINGULARITY_ROBUST) continue;
     for (int m = 1; m <= 6; ++m)
       for (int n : {1, 2, 3, 6, 7, 11})
         for (int hardness = 0; hardness < 10; ++hardness)
@@ -180,7 +180,7 @@ void one_row_by_hand() {
   Question q(1, 2);
   q.jacobian = {3, 4}, q.twist = {5};
   for (const NamedLaw& law : every_law()) {
-    if (law.settings.damping == stillreach::DAMPING_NUMBER && law.settings.kappa > 0.0) continue;
+    if (law.settings.damping == stillreach::DampingKind::NUMBER && law.settings.kappa > 0.0) continue;
     Reply free(q), fixed(q);
     ask(law.settings, q, free);
     CHECK_NEAR(free.rates[0], 0.6, 1e-15);
@@ -192,7 +192,7 @@ void one_row_by_hand() {
     CHECK(fixed.rates[1] == 0.5);
   }
   Reply damped(q);
-  ask(law_settings(stillreach::SINGULARITY_ROBUST, stillreach::DAMPING_NUMBER, 0, 25.0), q, damped);
+  ask(law_settings(stillreach::LawKind::SINGULARITY_ROBUST, stillreach::DampingKind::NUMBER, stillreach::NormKind::MAXIMUM, 25.0), q, damped);
   CHECK_NEAR(damped.rates[0], 0.3, 1e-15);  // J' twist / (J J' + 25)
   CHECK_NEAR(damped.rates[1], 0.4, 1e-15);
 }
@@ -206,11 +206,11 @@ void planar_arm_at_its_limits() {
   q.twist = {1.8, 2.4};
   q.upper = {0.5, 0.5, 1.0, 1.0}, q.lower = {-0.5, -0.5, -1.0, -1.0};
   Reply kept(q), least(q);
-  ask(law_settings(stillreach::KEEP_DIRECTION), q, kept);
+  ask(law_settings(stillreach::LawKind::KEEP_DIRECTION), q, kept);
   CHECK_NEAR(kept.answer.scale, 0.2227372, 5e-8);
   CHECK(kept.answer.status & stillreach::SCALED);
   for (int r = 0; r < 2; ++r) CHECK_NEAR(kept.residual[r], (1.0 - kept.answer.scale) * q.twist[r], 1e-12);
-  ask(law_settings(stillreach::LEAST_ERROR), q, least);
+  ask(law_settings(stillreach::LawKind::LEAST_ERROR), q, least);
   CHECK_NEAR(least.answer.task_error, 2.3150470, 5e-8);
   CHECK(least.answer.task_error < kept.answer.task_error);
 }
@@ -224,7 +224,7 @@ void exact_damping_is_the_smallest() {
   const double limit = 0.999;
   q.lower.assign(2, -limit), q.upper.assign(2, limit);
   Reply r(q);
-  ask(law_settings(stillreach::SINGULARITY_ROBUST, stillreach::DAMPING_EXACT), q, r);
+  ask(law_settings(stillreach::LawKind::SINGULARITY_ROBUST, stillreach::DampingKind::EXACT), q, r);
   CHECK(largest(r.rates) <= limit && largest(r.rates) >= limit * (1.0 - 1e-9));
   const auto size = [&](double kappa) {  // of R diag(1, 0.01) / (sigma^2 + kappa) twist
     const double u = q.twist[0] / (1.0 + kappa), v = 0.01 * q.twist[1] / (1e-4 + kappa);
@@ -242,7 +242,7 @@ void least_error_is_least() {
     const int m = 1 + random.below(6), n = 1 + random.below(12);
     Question q = random_question(random, m, n, random.below(3));
     Reply best(q);
-    ask(law_settings(stillreach::LEAST_ERROR), q, best);
+    ask(law_settings(stillreach::LawKind::LEAST_ERROR), q, best);
     for (const NamedLaw& law : every_law()) {
       Reply r(q);
       ask(law.settings, q, r);

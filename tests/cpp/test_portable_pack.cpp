@@ -47,9 +47,10 @@ long differences(const Chain& chain, const NamedLaw& law, const Options& o, int 
   for (int t = 0; t < ticks; ++t) {
     if (t % 40 == 0) q = random.vector(vector.n, t % 80 ? 2.0 : 1e-9), twist = random.vector(6, t % 120 ? 1.0 : 0.05);
     if (t % 50 == 25) {
-      const int joint = random.below(vector.n), health = random.below(4);
-      kernel().set_health(vector.state, joint, health, 0.1);
-      plain().set_health(scalar.state, joint, health, 0.1);
+      const int joint = random.below(vector.n);
+      const stillreach::Fault fault{static_cast<stillreach::Health>(random.below(6)), {0.1, 0.2}};
+      kernel().set_fault(vector.state, joint, fault);
+      plain().set_fault(scalar.state, joint, fault);
     }
     const double* aim = t >= ticks / 2 ? target : nullptr;
     kernel().tick(vector.state, q.data(), twist.data(), aim, vector.scratch.memory(), vector.answer);
@@ -72,7 +73,7 @@ void test_ticks_of_every_law_and_kind_of_task() {
   Options narrow, limits, weighted;
   narrow.rate = 0.3, narrow.transition_rate = 2.0;
   check_ticks("paper", paper_chain(), narrow);
-  limits.rows = {0, 1, 2}, limits.position = 1.5, limits.acceleration = 20.0, limits.null_kind = stillreach::NULL_MANIPULABILITY;
+  limits.rows = {0, 1, 2}, limits.position = 1.5, limits.acceleration = 20.0, limits.null_kind = stillreach::NullMotionKind::MANIPULABILITY;
   check_ticks("skew, position", skew_chain(9, 3), limits);
   weighted.joint_matrix = true, weighted.rate = 0.5, weighted.rows = {0, 2, 4, 5}, weighted.tool_axes = true;
   check_ticks("snake, full joint weight", snake_chain(14), weighted);

@@ -34,7 +34,7 @@ std::vector<double> constant_twists(long rows, const double* twist) {
 double end_error(long steps, int stages) {
   Options o;
   o.rows = {0, 1}, o.rate = 100.0, o.period = 1.0 / static_cast<double>(steps);
-  Robot robot(planar_chain(2), law_settings(stillreach::PSEUDOINVERSE), o);
+  Robot robot(planar_chain(2), law_settings(stillreach::LawKind::PSEUDOINVERSE), o);
   std::vector<double> q = {0.3, 1.2};
   const double twist[6] = {-0.6, 0.1, 0, 0, 0, 0}, x = std::cos(0.3) + std::cos(1.5), y = std::sin(0.3) + std::sin(1.5);
   Rollout r(2, steps);
@@ -58,7 +58,7 @@ void chunk_is_its_ticks() {
     Robot whole(paper_chain(), law.settings, o), halves(paper_chain(), law.settings, o), ticks(paper_chain(), law.settings, o);
     const std::vector<double> start = Random(1).vector(11, 1.0);
     std::vector<double> a = start, b = start, c = start;
-    for (Robot* robot : {&whole, &halves, &ticks}) robot->fail(3), robot->fail(6, stillreach::DERATED, 0.2);
+    for (Robot* robot : {&whole, &halves, &ticks}) robot->fail(3), robot->fail(6, stillreach::Health::DERATED, 0.2);
     Rollout one(11, 40), first(11, 20), second(11, 20);
     one.run(whole, a, constant_twists(40, twist), 1);
     first.run(halves, b, constant_twists(20, twist), 1), second.run(halves, b, constant_twists(20, twist), 1);
@@ -68,7 +68,7 @@ void chunk_is_its_ticks() {
       CHECK(one.task_error[t] == ticks.answer.task_error && one.damping[t] == ticks.answer.damping);
       for (int i = 0; i < 11; ++i) {
         CHECK(one.rates[11 * t + i] == ticks.rates[i]);
-        CHECK(one.lower[11 * t + i] == ticks.lower[i] && one.health[11 * t + i] == ticks.health[i]);
+        CHECK(one.lower[11 * t + i] == ticks.lower[i] && one.health[11 * t + i] == static_cast<std::int8_t>(ticks.faults[i].health));
         c[i] = t < 39 ? one.q[11 * (t + 1) + i] : a[i];  // with or without a fused multiply-add:
         CHECK_NEAR(c[i], one.q[11 * t + i] + o.period * ticks.rates[i], 1e-15);
       }
@@ -80,7 +80,7 @@ void chunk_is_its_ticks() {
 void records_without_moving() {
   const double twist[6] = {0.1, 0, 0.1, 0, 0, 0};
   for (int stages : {1, 2}) {
-    Robot robot(paper_chain(), law_settings(stillreach::LEAST_ERROR));
+    Robot robot(paper_chain(), law_settings(stillreach::LawKind::LEAST_ERROR));
     std::vector<double> q = Random(2).vector(11, 1.0);
     const std::vector<double> before = q;
     Rollout r(11, 3);
@@ -97,7 +97,7 @@ void promises_hold() {
     for (int stages : {1, 2})
       for (int n : {3, 11, 60}) {
         Options o;
-        o.period = 0.02, o.null_kind = stillreach::NULL_MANIPULABILITY;
+        o.period = 0.02, o.null_kind = stillreach::NullMotionKind::MANIPULABILITY;
         Robot robot(skew_chain(n, 5), law.settings, o);
         std::vector<double> q = Random(6).vector(n, 1.0), before = q;
         const double twist[6] = {1.0, -2.0, 1.5, 0.5, 0, 1};

@@ -40,7 +40,7 @@ std::vector<double> planar_rates(const std::vector<double>& J, const double* v, 
 }
 
 bool reaches_the_task(const NamedLaw& law) {  // exactly, where the bounds allow it
-  return !(law.settings.kind == stillreach::SINGULARITY_ROBUST && law.settings.damping == stillreach::DAMPING_NUMBER);
+  return !(law.settings.kind == stillreach::LawKind::SINGULARITY_ROBUST && law.settings.damping == stillreach::DampingKind::NUMBER);
 }
 
 void planar_arms_by_hand() {
@@ -113,7 +113,7 @@ void not_a_number() {
         std::vector<double> broken = q;
         double command[6] = {0.1, 0.05, 0.2, 0.1, 0, 0}, target[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1};
         (where == 0 ? broken[3] : where == 1 ? command[4] : target[7]) = bad;
-        robot.fail(5, stillreach::RUNAWAY, 0.02), healthy.fail(5, stillreach::RUNAWAY, 0.02);
+        robot.fail(5, stillreach::Health::RUNAWAY, 0.02), healthy.fail(5, stillreach::Health::RUNAWAY, 0.02);
         const std::int32_t status = robot.tick(broken.data(), command, where == 2 ? target : nullptr);
         CHECK(status == stillreach::INVALID_INPUT);
         for (int i = 0; i < 11; ++i) CHECK(robot.rates[i] == (i == 5 ? 0.02 : 0.0));
@@ -125,7 +125,7 @@ void not_a_number() {
 void brakes_within_the_acceleration_limit() {
   Options o;
   o.acceleration = 2.0, o.period = 0.01;
-  Robot robot(paper_chain(), law_settings(stillreach::LEAST_ERROR), o);
+  Robot robot(paper_chain(), law_settings(stillreach::LawKind::LEAST_ERROR), o);
   for (int i = 0; i < 11; ++i) robot.last[i] = i % 2 ? 0.5 : -0.01;
   const std::vector<double> q(11, std::nan(""));
   robot.tick(q.data(), kStill);
@@ -137,20 +137,20 @@ void faults_become_bounds() {
   const std::vector<double> q = {0.4, 0.9, -0.6, 1.1};
   for (const NamedLaw& law : every_law()) {
     Robot robot(planar_chain(4), law.settings, position_task(2.0));
-    robot.fail(0, stillreach::DERATED, 0.05);
-    robot.fail(2, stillreach::RUNAWAY, -0.3);
+    robot.fail(0, stillreach::Health::DERATED, 0.05);
+    robot.fail(2, stillreach::Health::RUNAWAY, -0.3);
     robot.tick(q.data(), twist);
     CHECK(robot.lower[0] == -0.1 && robot.upper[0] == 0.1);
     CHECK(robot.rates[2] == -0.3);
-    CHECK(robot.lower_reason[0] == stillreach::FAULT && robot.lower_reason[1] == stillreach::RATE);
+    CHECK(robot.lower_reason[0] == code(stillreach::Reason::FAULT) && robot.lower_reason[1] == code(stillreach::Reason::RATE));
     if (law.inside) CHECK(robot.inside());
   }
 }
 
 void runaway_is_compensated_or_said() {
   const std::vector<double> q = {0.4, 0.9, -0.6, 1.1};
-  Robot robot(planar_chain(4), law_settings(stillreach::LEAST_ERROR), position_task(2.0));
-  robot.fail(0, stillreach::RUNAWAY, 0.2);
+  Robot robot(planar_chain(4), law_settings(stillreach::LawKind::LEAST_ERROR), position_task(2.0));
+  robot.fail(0, stillreach::Health::RUNAWAY, 0.2);
   robot.tick(q.data(), kStill);
   CHECK_NEAR(robot.answer.task_error, 0.0, 1e-14);
   CHECK(!(robot.answer.status & stillreach::FAULT_NOT_COMPENSATED));
@@ -216,12 +216,12 @@ void full_joint_weights_and_null_motions() {
       for (int null_kind = 0; null_kind <= 5; ++null_kind)
         for (int m : {1, 3, 5, 6}) {
           Options o;
-          o.joint_matrix = (n + m) % 2 != 0, o.null_kind = null_kind, o.position = 3.0, o.transition_rate = 2.0;
+          o.joint_matrix = (n + m) % 2 != 0, o.null_kind = static_cast<stillreach::NullMotionKind>(null_kind), o.position = 3.0, o.transition_rate = 2.0;
           o.rows.resize(m);
           Robot robot(skew_chain(n, 9 + n), law.settings, o);
           for (int t = 0; t < 4; ++t) {
             if (t == 1) robot.fail(random.below(n));
-            if (t == 2) robot.fail(random.below(n), stillreach::DERATED, 0.1);
+            if (t == 2) robot.fail(random.below(n), stillreach::Health::DERATED, 0.1);
             const std::vector<double> q = random.vector(n, 2.0), twist = random.vector(6, 2.0);
             robot.tick(q.data(), twist.data());
             CHECK(robot.finite());
@@ -233,7 +233,7 @@ void full_joint_weights_and_null_motions() {
 
 void long_arm() {
   for (const NamedLaw& law : every_law())
-    for (int null_kind : {stillreach::NULL_NONE, stillreach::NULL_MANIPULABILITY}) {
+    for (const stillreach::NullMotionKind null_kind : {stillreach::NullMotionKind::NONE, stillreach::NullMotionKind::MANIPULABILITY}) {
       Options o;
       o.null_kind = null_kind;
       Robot robot(snake_chain(500), law.settings, o);
@@ -255,7 +255,7 @@ void long_arm() {
 void tracking_ends_at_the_target() {
   Options o;
   o.rate = 5.0;
-  Robot robot(skew_chain(9, 21), law_settings(stillreach::LEAST_ERROR, 0, 0, 0.0, 10.0), o);
+  Robot robot(skew_chain(9, 21), law_settings(stillreach::LawKind::LEAST_ERROR, stillreach::DampingKind::NUMBER, stillreach::NormKind::MAXIMUM, 0.0, 10.0), o);
   std::vector<double> q = Random(22).vector(9, 0.5), goal = q;
   goal[0] += 0.5, goal[4] -= 0.4, goal[7] += 0.3;
   robot.tick(goal.data(), kStill);
@@ -272,7 +272,7 @@ void tracking_ends_at_the_target() {
 void new_limits_close_in() {
   Options o;
   o.acceleration = 2.0, o.period = 0.01, o.rows = {5};
-  Robot robot(planar_chain(1), law_settings(stillreach::LEAST_ERROR), o);
+  Robot robot(planar_chain(1), law_settings(stillreach::LawKind::LEAST_ERROR), o);
   const double twist[6] = {0, 0, 0, 0, 0, 5}, q[1] = {0.0};
   std::int8_t closing[1] = {stillreach::CLOSING_RATE};
   robot.last[0] = 1.0, robot.rate_upper[0] = 0.3, robot.state.closing = closing;
@@ -280,7 +280,7 @@ void new_limits_close_in() {
     CHECK(!(robot.tick(q, twist) & stillreach::LIMIT_GIVEN_UP));
     CHECK_NEAR(robot.rates[0], 1.0 - 0.02 * t, 1e-12);
   }
-  robot.fail(0, stillreach::DERATED, 0.5);
+  robot.fail(0, stillreach::Health::DERATED, 0.5);
   CHECK(robot.tick(q, twist) & stillreach::LIMIT_GIVEN_UP);
   CHECK_NEAR(robot.rates[0], 0.15, 1e-15);
 }
@@ -289,7 +289,7 @@ void new_limits_close_in() {
 void uneven_periods_brake_earlier() {
   Options o;
   o.acceleration = 2.0, o.period = 0.1, o.rows = {5}, o.position = 0.35, o.rate = 9.0;
-  Robot robot(planar_chain(1), law_settings(stillreach::LEAST_ERROR), o);
+  Robot robot(planar_chain(1), law_settings(stillreach::LawKind::LEAST_ERROR), o);
   const double twist[6] = {0, 0, 0, 0, 0, 5}, q[1] = {0.0};
   robot.last[0] = 1.0, robot.state.uneven = 1;
   robot.tick(q, twist);

@@ -148,7 +148,7 @@ def test_the_arm_without_its_failed_joints_is_the_same_arm(problem: Problem, tmp
     assert np.allclose(reduced.jacobian(problem.q[:, problem.working]), problem.jacobian[:, :, problem.working])
     placements, axes, tool = chain(arm, frozen)
     joints = [sr.Joint(placement=T, axis=axis) for T, axis in zip(placements, axes, strict=True)]
-    by_hand = sr.Arm.from_joints(joints, tool=tool)
+    by_hand = sr.Arm(joints, tool=tool)
     assert np.allclose(by_hand.forward(problem.q[:, problem.working]), problem.pose)
 
 

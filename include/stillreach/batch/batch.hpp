@@ -59,7 +59,7 @@ struct BatchMemory {
   LaneSystem system;
   double typical;           // typical_rate() of shared bounds
   double* single;           // 32 n + 64 numbers for rows that are solved alone
-  std::int8_t* bytes;       // 4 n
+  std::int8_t* bytes;       // 3 n
 };
 
 STILLREACH_INLINE std::size_t batch_packs(int n) { return (4 + 12 + 2 * 6 + 16) * static_cast<std::size_t>(n) + 36; }
@@ -67,7 +67,7 @@ STILLREACH_INLINE std::size_t batch_doubles(int n, bool full) {
   return kLanes * batch_packs(n) + 32 * static_cast<std::size_t>(n) + 64 + workspace_doubles(n, full);
 }
 STILLREACH_INLINE std::size_t batch_ints(int n) { return workspace_ints(n) + n; }
-STILLREACH_INLINE std::size_t batch_bytes(int n) { return workspace_bytes(n) + 4 * static_cast<std::size_t>(n); }
+STILLREACH_INLINE std::size_t batch_bytes(int n) { return workspace_bytes(n) + 3 * static_cast<std::size_t>(n); }
 
 // doubles: on a 64-byte boundary.
 inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* ints, std::int8_t* bytes) {
@@ -95,7 +95,7 @@ inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* int
 STILLREACH_INLINE bool leaves_room(double low, double high) { return low <= high && low < infinity() && high > -infinity(); }
 
 // One row's bounds with position limits and acceleration window, as a controller's tick makes them. to: 2 n numbers. bytes:
-// 3 n, the last 2 n of which receive the reasons of lower and upper bounds.
+// 2 n, which receive the reasons of lower and upper bounds.
 struct LimitedStatus {
   std::int32_t bounds;
   bool runaway;
@@ -108,16 +108,16 @@ inline LimitedStatus limited_bounds(const Batch& b, std::ptrdiff_t row, double* 
   const double *low = b.lower + row * b.bounds_stride, *high = b.upper + row * b.bounds_stride;
   ControllerState c{};
   c.lower = to, c.upper = to + n, c.period = b.period;
-  c.position_lower = const_cast<double*>(b.position_lower), c.position_upper = const_cast<double*>(b.position_upper);
-  c.acceleration = const_cast<double*>(b.acceleration), c.last = const_cast<double*>(b.last + row * n);
-  c.rate_lower = const_cast<double*>(low), c.rate_upper = const_cast<double*>(high), c.fault_value = const_cast<double*>(low);
-  c.health = bytes, c.lower_reason = bytes + n, c.upper_reason = bytes + 2 * n;
+  c.position_lower = b.position_lower, c.position_upper = b.position_upper;
+  c.acceleration = b.acceleration, c.last = const_cast<double*>(b.last + row * n);
+  c.rate_lower = low, c.rate_upper = high;
+  c.lower_reason = bytes, c.upper_reason = bytes + n;
   std::int32_t status = OK;
   bool runaway = false;
   for (int i = 0; i < n; ++i) {
-    c.health[i] = low[i] < high[i] ? HEALTHY : RUNAWAY;
-    runaway |= !(low[i] < high[i]) && low[i] != 0.0;
-    status |= limit_joint(c, i, b.q[row * n + i]);
+    const bool free = low[i] < high[i];
+    runaway |= !free && low[i] != 0.0;
+    status |= limit_joint(c, i, free ? Fault{} : Fault{Health::RUNAWAY, {low[i], 0.0}}, b.q[row * n + i]);
     if (!leaves_room(low[i], high[i])) c.lower[i] = infinity();  // limits may not make an answer of what is no question
   }
   return {status, runaway};
@@ -164,7 +164,7 @@ inline void write_invalid(const Batch& b, std::ptrdiff_t row, double* rates, std
   double residual[kRows] = {0, 0, 0, 0, 0, 0};
   for (int i = 0; i < n; ++i) {
     const bool room = leaves_room(low[i], high[i]);
-    rates[i] = room ? clamp(0.0, low[i], high[i]) : 0.0, active[i] = room && low[i] == high[i] ? FAULT : FREE;
+    rates[i] = room ? clamp(0.0, low[i], high[i]) : 0.0, active[i] = code(room && low[i] == high[i] ? Reason::FAULT : Reason::FREE);
   }
   write_single(b, row, Answer{rates, residual, active, INVALID_INPUT, 0, 0.0, 0.0, 0.0});
   const double nothing[12] = {};
@@ -213,7 +213,7 @@ inline STILLREACH_NOINLINE void solve_alone(const Batch& b, std::ptrdiff_t row, 
   solve_law(b.law, p, w.workspace, out);
   out.status = limited.with(out.status);
   for (int i = 0; i < n; ++i)
-    active[i] = b.acceleration ? active_reason(active[i], w.bytes[2 * n + i], w.bytes[3 * n + i]) : bound_reason(active[i]);
+    active[i] = b.acceleration ? active_reason(active[i], w.bytes[n + i], w.bytes[2 * n + i]) : bound_reason(active[i]);
   write_single(b, row, out);
 }
 
@@ -240,8 +240,8 @@ inline void write_more(const Batch& b, const std::ptrdiff_t* row, int lanes, con
         for (int r = 0; r < M; ++r) b.jacobian[(row[l] * M + r) * n + i] = p.jacobian[M * i + r][l];
       if (!b.active) continue;
       const double rate = out.rates[i][l], lower = p.lower[i][l], upper = p.upper[i][l];
-      const std::int8_t code = bound_code(rate, lower, upper);
-      b.active[row[l] * n + i] = b.acceleration ? active_reason(code, w.bytes[n + i], w.bytes[2 * n + i]) : bound_reason(code);
+      const std::int8_t met = bound_code(rate, lower, upper);
+      b.active[row[l] * n + i] = b.acceleration ? active_reason(met, w.bytes[i], w.bytes[n + i]) : bound_reason(met);
     }
   }
 }
@@ -366,7 +366,7 @@ inline bool bounds_leave_room(const Batch& b) {
 inline void solve_rows(const Batch& b, std::ptrdiff_t first, std::ptrdiff_t last, BatchMemory& w) {
   const bool shared = b.bounds_stride == 0;
   if (shared && b.law.parts > 0) w.typical = row_typical(b, 0);
-  if (suits_lanes(b.arm.n, b.m, b.metric) && !b.tool_axes && !b.reference && (!shared || bounds_leave_room(b))) {
+  if (suits_lanes(b.law.kind, b.arm.n, b.m, b.metric) && !b.tool_axes && !b.reference && (!shared || bounds_leave_room(b))) {
     if (shared && !b.acceleration) {
       for (int i = 0; i < b.arm.n; ++i) w.lower[i] = wide(b.lower[i]), w.upper[i] = wide(b.upper[i]);
       prepare_lanes(b.law, LaneProblem{b.arm.n, nullptr, nullptr, w.lower, w.upper, b.metric}, w.system, w.rates);

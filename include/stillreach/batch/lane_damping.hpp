@@ -64,7 +64,7 @@ inline Lanes sort_spectrum(Wide (*triangle)[M], double threshold, Wide* sigma) {
 
 // furthest() of exact_damping.hpp.
 template <int M>
-inline Wide furthest(const Wide* const* column, int k, const Wide* limit, int norm, const Wide* z, Wide* w) {
+inline Wide furthest(const Wide* const* column, int k, const Wide* limit, NormKind norm, const Wide* z, Wide* w) {
   Wide most = wide(0.0), square = wide(0.0), joint = wide(0.0), weight = wide(0.0);
   for (int j = 0; j < k; ++j) {
     const Wide u = magnitude(z[j]) * limit[j];
@@ -73,7 +73,7 @@ inline Wide furthest(const Wide* const* column, int k, const Wide* limit, int no
     weight = select(further, select(z[j] < wide(0.0), -limit[j], limit[j]), weight);
     square = madd(u, u, square);
   }
-  if (norm == NORM_INF) {
+  if (norm == NormKind::MAXIMUM) {
     const Wide* chosen[kLanes];
     for (int l = 0; l < kLanes; ++l) chosen[l] = column[static_cast<int>(joint[l])];
     for (int r = 0; r < M; ++r) w[r] = pick(chosen, r) * weight;
@@ -90,7 +90,7 @@ inline Wide furthest(const Wide* const* column, int k, const Wide* limit, int no
 
 // exact_damping() of exact_damping.hpp in the lanes of `where`; in the others kappa is 0. Returns the lanes that were answered.
 template <int M>
-inline Lanes exact_damping(const Wide* const* column, int k, const Wide* rhs, const Wide* limit, int norm, Lanes where, LaneInner<M>& in,
+inline Lanes exact_damping(const Wide* const* column, int k, const Wide* rhs, const Wide* limit, NormKind norm, Lanes where, LaneInner<M>& in,
                           Wide* z, Wide& kappa, Wide& steps) {
   LaneFactor<M>& f = in.factor;
   Wide diagonal[M], w[M], v[M], t[M];
@@ -160,8 +160,8 @@ template <int M>
 inline STILLREACH_NOINLINE Lanes choose_damping(const LawSettings& law, LaneSystem& s, Lanes where, LaneInner<M>& in, Wide& kappa,
                                                Wide& steps) {
   where &= in.condition <= wide(kPlainCondition);
-  const bool exact = law.damping == DAMPING_EXACT;
-  if (!any(where) || (!exact && law.norm == NORM_2)) return no_lane();
+  const bool exact = law.damping == DampingKind::EXACT;
+  if (!any(where) || (!exact && law.norm == NormKind::EUCLIDEAN)) return no_lane();
   Wide found, count = wide(1.0);
   for (int j = 0; j < s.k; ++j) s.answer[j] = s.z[j];
   if (exact)

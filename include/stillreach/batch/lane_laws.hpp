@@ -9,9 +9,21 @@
 
 STILLREACH_BEGIN
 
-// Problems that have an ordinary way at all.
-STILLREACH_INLINE bool suits_lanes(int n, int m, const Metric& metric) {
-  return (m == 6 || m == 3) && n >= m && !metric.joints;
+// The laws that solve_lanes() answers; the single tick answers all others.
+STILLREACH_INLINE bool has_lanes(LawKind law) {
+  switch (law) {
+    case LawKind::PSEUDOINVERSE:
+    case LawKind::SINGULARITY_ROBUST:
+    case LawKind::LEAST_ERROR:
+    case LawKind::KEEP_DIRECTION:
+      return true;
+  }
+  return false;
+}
+
+// Problems that lanes can answer at all.
+STILLREACH_INLINE bool suits_lanes(LawKind law, int n, int m, const Metric& metric) {
+  return has_lanes(law) && (m == 6 || m == 3) && n >= m && !metric.joints;
 }
 
 template <int M>
@@ -45,7 +57,7 @@ template <int M>
 inline Lanes finish_singularity_robust(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Lanes good, bool deep,
                                       LaneInner<M>& in, LaneAnswer& out) {
   out.damping = wide(0.0);
-  if (law.damping == DAMPING_NUMBER) {
+  if (law.damping == DampingKind::NUMBER) {
     out.damping = wide(law.kappa);
     if (law.kappa > 0.0) good &= full_rank<M>(s, law.kappa, in);
   } else {
@@ -54,7 +66,7 @@ inline Lanes finish_singularity_robust(const LawSettings& law, const LaneProblem
       const Wide u = select(s.works[j], magnitude(s.z[j]) * s.limit[j], wide(0.0));
       largest = larger(largest, u), square = madd(u, u, square);
     }
-    const Wide size = law.norm == NORM_2 ? square_root(square) : largest;
+    const Wide size = law.norm == NormKind::EUCLIDEAN ? square_root(square) : largest;
     const Lanes damped = ~(size <= wide(1.0 + kLimitSlack)) & good;
     if (s.even && !any(damped)) {  // nothing to clip but rounding, no side to look at
       for (int j = 0; j < s.k; ++j) {
@@ -132,25 +144,25 @@ inline Lanes finish_bounded(const LawSettings& law, const LaneProblem& p, LaneSy
     const Wide rate = s.scale[j] * (s.z[j] + wide(0.0));
     out.rates[i] = select(s.works[j], clamp(select(is_finite(rate), rate, wide(0.0)), p.lower[i], p.upper[i]), out.rates[i]);
   }
-  if (law.kind == LEAST_ERROR && law.parts > 0) return good & inside & affordable<M>(law, p.typical, in.dual);
+  if (law.kind == LawKind::LEAST_ERROR && law.parts > 0) return good & inside & affordable<M>(law, p.typical, in.dual);
   const Lanes search = good & ~inside;
   if (!any(search)) return good;
   good &= inside;
-  if (!deep || law.kind != LEAST_ERROR) return good;
+  if (!deep || law.kind != LawKind::LEAST_ERROR) return good;
   return good | search_box<M>(p, s, search, wide(0.0), in, out);
 }
 
 // Before solve_lanes(), where the bounds are new.
 inline void prepare_lanes(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Wide* rates) {
   find_working_joints(p, s, rates);
-  if (law.kind == SINGULARITY_ROBUST) return scale_by_extent(p, s);
+  if (law.kind == LawKind::SINGULARITY_ROBUST) return scale_by_extent(p, s);
   for (int j = 0; j < s.k; ++j) s.lower[j] = p.lower[s.joint[j]] / s.scale[j], s.upper[j] = p.upper[s.joint[j]] / s.scale[j];
 }
 
 // Answers what it can of problems that are prepared; returns those lanes.
 template <int M>
 inline Lanes solve_lanes(const LawSettings& law, const LaneProblem& p, bool deep, bool with_residual, LaneSystem& s, LaneAnswer& out) {
-  const bool robust = law.kind == SINGULARITY_ROBUST;
+  const bool robust = law.kind == LawKind::SINGULARITY_ROBUST;
   out.status = no_flag(), out.damping = wide(0.0), out.scale = out.iterations = wide(1.0), out.task_error = wide(0.0);
   Lanes good = s.working >= wide(M);
   if (!any(good)) return good;
@@ -158,15 +170,21 @@ inline Lanes solve_lanes(const LawSettings& law, const LaneProblem& p, bool deep
   const bool scaled = robust || p.metric.columns;
   weigh_columns<M>(p, scaled, s);
   LaneInner<M> in;
-  good &= solve_wide<M>(s.column, s.k, s.rhs, wide(robust && law.damping == DAMPING_NUMBER ? law.kappa : 0.0), s.z, in,
-                       law.kind == LEAST_ERROR && law.parts > 0 ? kPricedCondition : kPlainCondition);
+  good &= solve_wide<M>(s.column, s.k, s.rhs, wide(robust && law.damping == DampingKind::NUMBER ? law.kappa : 0.0), s.z, in,
+                       law.kind == LawKind::LEAST_ERROR && law.parts > 0 ? kPricedCondition : kPlainCondition);
   good &= ordinary<M>(in.factor.trace, s.rhs);
-  if (law.kind == PSEUDOINVERSE)
-    good = finish_pseudoinverse<M>(p, s, good, out);
-  else if (robust)
-    good = finish_singularity_robust<M>(law, p, s, good, deep, in, out);
-  else
-    good = finish_bounded<M>(law, p, s, good, deep, in, out);
+  switch (law.kind) {
+    case LawKind::PSEUDOINVERSE:
+      good = finish_pseudoinverse<M>(p, s, good, out);
+      break;
+    case LawKind::SINGULARITY_ROBUST:
+      good = finish_singularity_robust<M>(law, p, s, good, deep, in, out);
+      break;
+    case LawKind::LEAST_ERROR:
+    case LawKind::KEEP_DIRECTION:
+      good = finish_bounded<M>(law, p, s, good, deep, in, out);
+      break;
+  }
   if (any(good)) good &= report<M>(p, s, with_residual, out);
   return good;
 }

@@ -296,7 +296,7 @@ inline void solve_box(Rows<M> m, const double* rhs, Box& b, Inner& in, bool solv
     const int release = choose_release(m, b, in, size, wanted);
     if (release < 0) {
       b.capped = wanted;
-      b.doubtful |= wanted || (free > 0 && (in.way == SPECTRAL || in.condition > b.safe));
+      b.doubtful |= wanted || (free > 0 && (in.way == InnerWay::SPECTRAL || in.condition > b.safe));
       return;
     }
     now = objective(m, b, rhs, b.z), first = false;

@@ -148,17 +148,17 @@ inline Climb climb(Rows<M> m, const double* rhs, const double* next, bool carefu
   const double start = dot(m, way, d.residual), noise = madd(d.noise, size_of(m, way), 1e-15 * size_of(m, next) * size_of(m, d.residual));
   rates_of_multiplier(m, rhs, d.u, b, w, d);
   const double end = dot(m, way, d.residual);
-  if (end >= -larger(0.1 * start, noise)) return TOP;
+  if (end >= -larger(0.1 * start, noise)) return Climb::TOP;
   const bool nowhere = !(start > noise);
-  if (nowhere && careful) return TOP;  // its rates come from singular values
-  if (b.weight && !nowhere) return bracket_top(m, rhs, from, way, start, end, b, w, d), PARTLY;
+  if (nowhere && careful) return Climb::TOP;  // its rates come from singular values
+  if (b.weight && !nowhere) return bracket_top(m, rhs, from, way, start, end, b, w, d), Climb::PARTLY;
   for (int r = 0; r < kStride; ++r) d.u[r] = from[r];
   rates_of_multiplier(m, rhs, d.u, b, w, d);
-  if (nowhere) return NOWHERE;
+  if (nowhere) return Climb::NOWHERE;
   const double part = scan_pieces(m, way, start, b);
   for (int r = 0; r < m(); ++r) d.u[r] = madd(part, way[r], from[r]);
   rates_of_multiplier(m, rhs, d.u, b, w, d);
-  return PARTLY;
+  return Climb::PARTLY;
 }
 
 // The free variables from the multiplier by singular values: z = V diag(sigma) U'u. Where sigma is large it comes from the residual instead,
@@ -257,7 +257,7 @@ inline STILLREACH_NOINLINE bool careful_step(Rows<M> m, const double* rhs, Box& 
     for (int g = 0; g < d.parts; ++g) d.least[g] = 0.0;
   }
   afford(m, d, next);
-  if (climb(m, rhs, next, true, b, w, d) == PARTLY || classify(b, w, d.slack)) return false;
+  if (climb(m, rhs, next, true, b, w, d) == Climb::PARTLY || classify(b, w, d.slack)) return false;
   if (!b.weight) careful_rates(m, s, c, d, next, free, b);
   if (d.parts == 1) return true;
   residual_of(b.columns, nullptr, b.k, rhs, b.z, d.residual);
@@ -324,8 +324,8 @@ inline void search_price(Rows<M> m, const double* rhs, bool known, Box& b, Works
     }
     afford(m, d, next);
     const Climb climbed = climb(m, rhs, next, false, b, w, d);
-    careful = climbed == NOWHERE || d.excess > kLoose;
-    const bool same = climbed == TOP && !classify(b, w, d.slack), tight = same && d.excess <= kTight;
+    careful = climbed == Climb::NOWHERE || d.excess > kLoose;
+    const bool same = climbed == Climb::TOP && !classify(b, w, d.slack), tight = same && d.excess <= kTight;
     if (tight && (settled || piece.condition < kPlainCondition)) return polish(m, rhs, f, free, b, w, d);
     careful |= tight && !(piece.condition < kPieceCondition);
     known = same, settled = tight;

@@ -20,7 +20,7 @@ inline void record_tick(const ControllerState& c, const double* q, const Answer&
   const int n = c.arm.n;
   for (int i = 0; i < n; ++i) {
     to.q[row * n + i] = q[i], to.rates[row * n + i] = a.rates[i];
-    to.lower[row * n + i] = c.lower[i], to.upper[row * n + i] = c.upper[i], to.health[row * n + i] = c.health[i];
+    to.lower[row * n + i] = c.lower[i], to.upper[row * n + i] = c.upper[i], to.health[row * n + i] = static_cast<std::int8_t>(c.faults[i].health);
     to.active[row * n + i] = active_reason(a.active[i], c.lower_reason[i], c.upper_reason[i]);
   }
   write_pose(c.pose, to.pose + row * 16);

@@ -66,7 +66,7 @@ inline ThreeTurns three_turns(const double* rotation, Turn wanted) {
 
 // kinds: n. placements: n + 1 row-major 4x4 poses (the last one is the tool), axes: n unit vectors in the joint's own frame.
 // links: n, which the arm goes on using.
-inline ArmView align_axes(int n, const std::int8_t* kinds, const double* placements, const double* axes, Link* links) {
+inline ArmView align_axes(int n, const JointKind* kinds, const double* placements, const double* axes, Link* links) {
   ArmView arm{n, links, {}, {}, nullptr};
   double undo[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};  // inverse of the turn given to the previous joint's frame
   Turn before{1.0, 0.0};                                   // what the way to joint i leaves it to turn about its z
@@ -99,7 +99,7 @@ inline ArmView align_axes(int n, const std::int8_t* kinds, const double* placeme
     link.tilt[0] = t.tilt.c, link.tilt[1] = t.tilt.s;
     const bool none = i == 1 || (own.c > 0.0 && magnitude(own.s) <= kNoAngle);
     link.turn[0] = none ? 1.0 : own.c, link.turn[1] = none ? 0.0 : own.s;
-    link.plain = none && link.kind == REVOLUTE;
+    link.plain = none && link.kind == JointKind::REVOLUTE;
     before = t.last;
   }
   arm.end[0] = before.c, arm.end[1] = before.s;

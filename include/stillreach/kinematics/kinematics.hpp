@@ -31,7 +31,7 @@ STILLREACH_INLINE void turn_second(P c, P s, P& a, P& b) {
 template <class T>
 STILLREACH_INLINE void add_turn(const Link& link, T& sine, T& cosine) {
   const T c = fill<T>(link.turn[0]), s = fill<T>(link.turn[1]), turned = madd(cosine, c, -(sine * s));
-  const bool turns = link.kind == REVOLUTE;
+  const bool turns = link.kind == JointKind::REVOLUTE;
   sine = turns ? madd(sine, c, cosine * s) : s, cosine = turns ? turned : c;
 }
 
@@ -46,7 +46,7 @@ inline void kinematics(const ArmView& arm, const double* q, double* scratch, dou
     const Link& link = arm.links[i];
     if (!link.plain) {
       add_turn(link, sine[i], cosine[i]);
-      if (link.kind != REVOLUTE) p = madd(broadcast(q[i]), z, p);
+      if (link.kind != JointKind::REVOLUTE) p = madd(broadcast(q[i]), z, p);
     }
     store(at + 4 * i, p), store(axis + 4 * i, z);
     turn_first(broadcast(cosine[i]), broadcast(sine[i]), x, y);
@@ -61,7 +61,7 @@ inline void kinematics(const ArmView& arm, const double* q, double* scratch, dou
   for (int i = 0; i < arm.n; ++i) {
     double* column = jacobian + 6 * i;
     const Pack w = load(axis + 4 * i), turned = yzx(w);
-    if (arm.links[i].kind == REVOLUTE) {  // four and two numbers, as weighted_column() reads them
+    if (arm.links[i].kind == JointKind::REVOLUTE) {  // four and two numbers, as weighted_column() reads them
       store(column, STILLREACH_SHUFFLE(cross(w, p - load(at + 4 * i)), turned, 0, 1, 2, 7));
       store_pair(column + 4, turned);
     } else {

@@ -49,7 +49,7 @@ inline void kinematics(const ArmView& arm, const Wide* q, Wide* scratch, Wide* p
     const Link& link = arm.links[i];
     if (!link.plain) {
       add_turn(link, sine[i], cosine[i]);
-      if (link.kind != REVOLUTE) p = scale_add(z, q[i], p);
+      if (link.kind != JointKind::REVOLUTE) p = scale_add(z, q[i], p);
     }
     if (jacobian) {
       Wide* column = jacobian + 6 * i;
@@ -65,7 +65,7 @@ inline void kinematics(const ArmView& arm, const Wide* q, Wide* scratch, Wide* p
   if (!jacobian) return;
   for (int i = 0; i < arm.n; ++i) {
     Wide* column = jacobian + 6 * i;
-    if (arm.links[i].kind == REVOLUTE) {
+    if (arm.links[i].kind == JointKind::REVOLUTE) {
       const LaneVector v = cross({column[3], column[4], column[5]}, {p.x - column[0], p.y - column[1], p.z - column[2]});
       column[0] = v.x, column[1] = v.y, column[2] = v.z;
     } else {

@@ -93,7 +93,7 @@ inline double step_2(const DampingSearch& d, double kappa) {
 }
 
 // A damping factor that meets the limits for certain: the terms without their signs fall with kappa.
-inline double safe_side(const DampingSearch& d, int norm, double kappa) {
+inline double safe_side(const DampingSearch& d, NormKind norm, double kappa) {
   for (int step = 0; step < 2000; ++step) {
     double worst = 0.0, sum = 0.0;
     for (int i = 0; i < d.k; ++i) {
@@ -102,19 +102,19 @@ inline double safe_side(const DampingSearch& d, int norm, double kappa) {
       const double room = larger(1.0 - (d.offset ? magnitude(d.offset[i]) * d.limit[i] : 0.0), 1e-3);
       worst = larger(worst, u / room), sum = madd(u / room, u / room, sum);
     }
-    if ((norm == NORM_2 ? square_root(sum) : worst) <= 1.0) break;
+    if ((norm == NormKind::EUCLIDEAN ? square_root(sum) : worst) <= 1.0) break;
     kappa = larger(kappa * 1.5, 1e-12 * d.square[0]);
   }
   return kappa;
 }
 
 // Eq. (10): the smallest kappa >= 0 that meets the limit. steps: how many it took; capped: the safe side was taken.
-inline double exact_damping(DampingSearch& d, int norm, int& steps, bool& capped) {
+inline double exact_damping(DampingSearch& d, NormKind norm, int& steps, bool& capped) {
   double kappa = 0.0;
   capped = false;
-  if (norm == NORM_INF) gather_terms(d);
+  if (norm == NormKind::MAXIMUM) gather_terms(d);
   for (steps = 1; steps <= kDampingSteps; ++steps) {
-    const double step = norm == NORM_2 ? step_2(d, kappa) : step_inf(d, kappa);
+    const double step = norm == NormKind::EUCLIDEAN ? step_2(d, kappa) : step_inf(d, kappa);
     const double next = kappa + step;
     if (!(next > kappa)) return kappa;
     kappa = next;
@@ -124,10 +124,10 @@ inline double exact_damping(DampingSearch& d, int norm, int& steps, bool& capped
 }
 
 // Eq. (16): kappa = [|V| |U' twist| / 2 dq_max]^2 with both norms inf, or both 2. `square` holds sigma^2.
-inline double closed_form_damping(const DampingSearch& d, int norm) {
+inline double closed_form_damping(const DampingSearch& d, NormKind norm) {
   double left = 0.0, right = 0.0, inverse[kRows];
   for (int j = 0; j < d.rank; ++j) inverse[j] = 1.0 / square_root(d.square[j]);
-  if (norm == NORM_INF) {
+  if (norm == NormKind::MAXIMUM) {
     for (int i = 0; i < d.k; ++i) {
       double sum = 0.0;
       for (int j = 0; j < d.rank; ++j) sum = madd(magnitude(d.shapes[6 * i + j]), inverse[j], sum);

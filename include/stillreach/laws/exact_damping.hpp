@@ -28,7 +28,7 @@ STILLREACH_INLINE T certain_step(T u, const T* b, const T* c, const T* f) {
 // The size of the relative rates, and the w of the joint that is furthest over its limit; with the 2-norm, of the sum of
 // all along today's direction, which is never longer than the sum itself.
 template <int M>
-STILLREACH_INLINE double furthest(Rows<M> m, const double* columns, int k, const double* limit, int norm, const double* z, double* w) {
+STILLREACH_INLINE double furthest(Rows<M> m, const double* columns, int k, const double* limit, NormKind norm, const double* z, double* w) {
   double most = 0.0, square = 0.0;
   int joint = 0;
   for (int j = 0; j < k; ++j) {
@@ -36,7 +36,7 @@ STILLREACH_INLINE double furthest(Rows<M> m, const double* columns, int k, const
     if (u > most) most = u, joint = j;
     square = madd(u, u, square);
   }
-  if (norm == NORM_INF) {
+  if (norm == NormKind::MAXIMUM) {
     const double weight = z[joint] < 0.0 ? -limit[joint] : limit[joint];
     for (int r = 0; r < m(); ++r) w[r] = columns[joint * kStride + r] * weight;
     return most;
@@ -53,7 +53,7 @@ STILLREACH_INLINE double furthest(Rows<M> m, const double* columns, int k, const
 // The smallest kappa >= 0 that meets the limit, from the undamped answer in z (k) and `in` (WIDE), whose factor changes; z
 // becomes the damped answer. steps: how many kappas were looked at. False where rounding or the number of steps ended it.
 template <int M>
-inline bool exact_damping(Rows<M> m, const double* columns, int k, const double* rhs, const double* limit, int norm, Inner& in,
+inline bool exact_damping(Rows<M> m, const double* columns, int k, const double* rhs, const double* limit, NormKind norm, Inner& in,
                           double* z, double& kappa, int& steps) {
   Factor& f = in.factor;
   double diagonal[kRows], w[kRows];

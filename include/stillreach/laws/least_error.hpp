@@ -54,7 +54,7 @@ inline Box make_box(Rows<M> m, const LawSettings& law, const Problem& p, System&
   b.k = s.k, b.columns = w.columns, b.length = w.length, b.lower = w.lower, b.upper = w.upper, b.kappa = 0.0, b.threshold = law.rank_tolerance;
   b.weight = s.full ? w.weight : nullptr, b.whitened = w.whitened, b.triangle = w.triangle;
   b.z = w.z, b.state = w.state, b.target = w.target, b.work = w.work, b.index = w.index, b.releases = w.releases;
-  b.dependent = b.whole = 0.0, b.plain = law.kind == LEAST_ERROR && law.parts > 0 ? kPricedCondition : kPlainCondition;
+  b.dependent = b.whole = 0.0, b.plain = law.kind == LawKind::LEAST_ERROR && law.parts > 0 ? kPricedCondition : kPlainCondition;
   b.safe = kTwiceCondition, b.iterations = 0, b.capped = b.doubtful = false;
   return b;
 }
@@ -71,7 +71,7 @@ template <int M>
 inline bool solve_unbounded(Rows<M> m, const double* rhs, Box& b, Inner& in) {
   for (int j = 0; j < b.k; ++j) b.state[j] = 0;
   solve_free(m, b, rhs, in);
-  const double sigma = in.way == SPECTRAL ? in.spectrum.sigma[0] : square_root(in.factor.trace);
+  const double sigma = in.way == InnerWay::SPECTRAL ? in.spectrum.sigma[0] : square_root(in.factor.trace);
   b.threshold = -b.threshold * sigma, b.dependent = kDependent * sigma;
   bool all = true;
   for (int j = 0; j < b.k; ++j) all &= b.target[j] <= b.upper[j] && b.target[j] >= b.lower[j];

@@ -10,11 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
+from stillreach._core import JointKind
 from stillreach._door import FloatArray
 from stillreach.arm.value import Value
 from stillreach.errors import InputError
 
-KINDS = ("revolute", "prismatic")
+KINDS = tuple(kind.name.lower() for kind in JointKind)
 """What a joint can be; its place in this tuple is its code in ``Arm.kinds``."""
 
 

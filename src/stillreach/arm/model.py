@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterable
+import os
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
-from stillreach._core import ArmModel
+from stillreach._core import ArmModel, JointKind
 from stillreach._door import FloatArray
 from stillreach._labels import Labels
 from stillreach.arm.describe import describe, headline
 from stillreach.arm.dexterity import Asked, spectra
 from stillreach.arm.dh import DHRow, dh_chain
-from stillreach.arm.files import RobotFiles
 from stillreach.arm.follower import Follower, Moving, chain, checked, note_of
 from stillreach.arm.joint import KINDS, Joint, named
 from stillreach.arm.limits import driven, limited
@@ -29,7 +29,7 @@ from stillreach.errors import InputError, UnknownJointError
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
-class Arm(RobotFiles, Value):
+class Arm(Value):
     """A serial chain of joints. Immutable: its arrays are read-only and ``with_...`` returns another arm.
 
     Args:
@@ -62,11 +62,6 @@ class Arm(RobotFiles, Value):
         object.__setattr__(self, "tool", _door.pose("tool", np.eye(4) if tool is None else tool))
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "followers", checked(followers, self.joints))
-
-    @classmethod
-    def from_joints(cls, joints: Iterable[Joint], *, tool: npt.ArrayLike | None = None, name: str = "arm") -> Arm:
-        """The same as ``Arm(joints, ...)``."""
-        return cls(joints, tool=tool, name=name)
 
     @classmethod
     def from_modules(
@@ -119,6 +114,87 @@ class Arm(RobotFiles, Value):
         joints, last = dh_chain(rows, convention, base)
         end = last if tool is None else last @ _door.pose("tool", tool)
         return cls(driven(joints, velocity_limits), tool=end, name=name)
+
+    @classmethod
+    def from_urdf(
+        cls,
+        path: str | os.PathLike[str] | IO[str] | IO[bytes],
+        *,
+        tip: str | None = None,
+        base: str | None = None,
+        fixed: Mapping[str, float] | None = None,
+    ) -> Arm:
+        """The chain between two links of a URDF file; also up one branch of its tree and down another.
+
+        Revolute, continuous and prismatic joints become the arm's, with their names and limits (lower and upper are 0
+        where a file of URDF 1.0 or 1.1 has neither; a missing velocity is no limit; from URDF 1.2 on, the smaller of
+        acceleration and deceleration counts). A planar joint ``base`` becomes ``base_TX``, ``base_TY``, ``base_RZ``. A
+        joint that mimics another one of the chain becomes a ``Follower``: the two are one joint of the arm, within the
+        limits of both, where these leave it a range. One that mimics a joint outside the chain stands still: where a
+        leader at 0, or at its position in ``fixed``, puts it.
+
+        Args:
+            path: the file, its text (which begins with ``<``) or a file object, e.g. ``sys.stdin.buffer``. Meshes are
+                not looked at.
+            tip: link whose frame is the tool; None takes the only link that has no child below the base.
+            base: link that poses are seen from; None takes the root.
+            fixed: joints held at a position [rad] or [m], which are then no joints of the arm; also leaders outside it.
+
+        Raises:
+            RobotFileError: if the file cannot be read, is malformed, hostile, xacro or of an unknown version, is not a
+                tree, or has no such chain; the error names file, line, element and the valid choices.
+        """
+        from stillreach.arm.urdf import chain
+
+        return cls(**chain(path, tip, base, fixed)._asdict())
+
+    @classmethod
+    def from_mjcf(
+        cls,
+        path_or_model: Any,
+        *,
+        tip: str | None = None,
+        base: str | None = None,
+        fixed: Mapping[str, float] | None = None,
+    ) -> Arm:
+        """The chain between two bodies of an MJCF file, as MuJoCo reads it (extra ``mujoco``).
+
+        Hinges and slides become the arm's joints, with their names and ranges; MJCF has no velocity limits
+        (``with_limits`` sets them). Joints that an equality constraint couples follow each other.
+
+        Args:
+            path_or_model: the file (meshes need not be there), its text (begins with ``<``), a file object, a
+                ``mujoco.MjSpec`` or a ``mujoco.MjModel``.
+            tip: body or site whose frame is the tool; None takes the only body that has no child.
+            base: body that poses are seen from; None takes the world.
+            fixed: joints held at a position [rad] or [m], which are then no joints of the arm.
+
+        Raises:
+            MissingExtraError: if MuJoCo is not installed.
+            RobotFileError: as of ``from_urdf``; or if a free or ball joint is between base and tip.
+        """
+        from stillreach.arm.mjcf import chain
+
+        return cls(**chain(path_or_model, tip, base, fixed)._asdict())
+
+    def to_urdf(self, path: str | os.PathLike[str] | None = None) -> str:
+        """The arm as URDF, which ``from_urdf`` reads back, and MuJoCo and other readers, too.
+
+        It is URDF 1.0, or 1.2 where a joint has an acceleration limit. Links have no mass; in MuJoCo each gets 1 kg.
+
+        Args:
+            path: where to write it; None writes nothing.
+
+        Returns:
+            The text of the file. A limit of 1e9 stands for none.
+
+        Raises:
+            InputError: if a name holds characters that XML cannot hold.
+            OSError: if the file cannot be written.
+        """
+        from stillreach.arm.urdf_write import write_urdf
+
+        return write_urdf(self, path)
 
     @property
     def n(self) -> int:
@@ -178,7 +254,7 @@ class Arm(RobotFiles, Value):
         """The arm in the compiled core."""
         placements = np.array([moving.joint.placement for moving in self.chain])
         axes = np.array([moving.joint.axis for moving in self.chain])
-        kinds = [KINDS.index(moving.joint.kind) for moving in self.chain]
+        kinds = [JointKind[moving.joint.kind.upper()] for moving in self.chain]
         if not self.followers:
             return ArmModel(kinds, placements, axes, self.tool)
         _, leaders, factors, offsets = zip(*self.chain, strict=True)

@@ -37,33 +37,15 @@ class RobotFile:
     encoding: str | None = None
     path: Path | None = None
 
-    def error(
-        self,
-        got: str,
-        expected: str,
-        *,
-        line: int | None = None,
-        element: str | None = None,
-        argument: str = "path",
-        choices: tuple[str, ...] = (),
-    ) -> RobotFileError:
-        """An error of this file."""
-        return RobotFileError(argument, got, expected, self.name, line, element, choices)
+    def error(self, got: str, expected: str, *, argument: str = "path", **place: Any) -> RobotFileError:
+        """An error of this file; ``place`` is its line, element and choices."""
+        return RobotFileError(argument, got, expected, self.name, **place)
 
-    def unknown(
-        self,
-        value: Any,
-        what: str,
-        choices: Iterable[str],
-        *,
-        line: int | None = None,
-        element: str | None = None,
-        argument: str = "path",
-    ) -> RobotFileError:
-        """An error that lists what could have been meant, e.g. ``what="a link"``."""
+    def unknown(self, value: Any, what: str, choices: Iterable[str], **place: Any) -> RobotFileError:
+        """An error that lists the choices, e.g. ``what="a link"``."""
         names = tuple(choices)
         expected = f"{what}: {listing(names)}{did_you_mean(value, names)}"
-        return self.error(shown(value), expected, line=line, element=element, argument=argument, choices=names)
+        return self.error(shown(value), expected, choices=names, **place)
 
 
 def read(source: Any, kind: str, *, also: str = "") -> RobotFile:

@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
-from stillreach._core import ControllerCore
+from stillreach._core import CLOSING_POSITION, CLOSING_RATE, ControllerCore
 from stillreach._door import FloatArray
 from stillreach.arm.model import Arm
 from stillreach.control import limits as of
 from stillreach.errors import InputError
-from stillreach.faults import Derated, FaultKind, Locked, fault_kind
+from stillreach.faults import FaultKind, Locked, fault_kind
 from stillreach.laws import Law, LeastError
 from stillreach.null_motions import Manipulability, NullMotion, checked_null_motion, null_motion_settings
 from stillreach.status import Health, Status
@@ -166,14 +166,14 @@ class Controller(ControllerCore):
 
         Args:
             joint: name or 0-based index.
-            kind: Locked(), Derated(fraction) or Runaway(rate).
+            kind: Locked(), Derated(fraction), Runaway(rate), Confined(lower, upper) or OneWay(direction).
 
         Raises:
             UnknownJointError: if the arm has no such joint.
         """
         index = self._arm.joint_index(joint)
         fault = fault_kind("kind", kind)
-        self._set_health(index, int(fault.health), fault.value)
+        self._set_fault(index, fault.health, *fault.numbers)
         self._faults[index] = fault
         self._bound_correction()
 
@@ -181,7 +181,7 @@ class Controller(ControllerCore):
         """Marks a joint as healthy, from the next tick on; without effect if it is."""
         index = self._arm.joint_index(joint)
         if self._faults.pop(index, None) is not None:
-            self._set_health(index, int(Health.HEALTHY), 0.0)
+            self._set_fault(index, Health.HEALTHY, 0.0, 0.0)
             self._bound_correction()
 
     def reset(self, rates: npt.ArrayLike | None = None) -> None:
@@ -223,7 +223,7 @@ class Controller(ControllerCore):
             InputError: as of the constructor; nothing is changed.
         """
         limits = {"velocity": velocity, "position": position, "acceleration": acceleration}
-        closing = of.CLOSING_RATE * (velocity is not None) | of.CLOSING_POSITION * (position is not None)
+        closing = CLOSING_RATE * (velocity is not None) | CLOSING_POSITION * (position is not None)
         self._adopt(self._limits.changed(self._arm, {name: name for name in limits}, **limits), closing)
 
     def set_speed(self, fraction: float) -> None:
@@ -242,7 +242,7 @@ class Controller(ControllerCore):
         speed = _door.scalar("fraction", fraction)
         if not 0.0 <= speed <= 1.0:
             raise InputError("fraction", f"{speed:g}", "a number from 0 to 1")
-        self._adopt(replace(self._limits, speed=speed), of.CLOSING_RATE)
+        self._adopt(replace(self._limits, speed=speed), CLOSING_RATE)
 
     def _adopt(self, limits: of.Limits, closing: int) -> None:
         self._set_limits(**limits.core(), closing=closing)
@@ -253,11 +253,7 @@ class Controller(ControllerCore):
         """Hands on the largest correction; where none was given, what the joints that work can do."""
         bounds = self._track_limits
         if bounds is None:
-            share = np.ones(self._arm.n)
-            for joint, kind in self._faults.items():
-                share[joint] = kind.fraction if isinstance(kind, Derated) else 0.0
-            rates = np.max(np.abs(self._limits.velocity), axis=1)
-            rates = np.multiply(rates, share, out=np.zeros_like(rates), where=share > 0.0)
+            rates = self._working_rates(np.max(np.abs(self._limits.velocity), axis=1))
             bounds = of.swiftest(self._arm, self._task.tool, rates, self._limits.position)
         self._set_track_limits(*bounds)
 

@@ -16,8 +16,6 @@ from stillreach._labels import in_order
 from stillreach.arm.model import Arm
 from stillreach.errors import InputError
 
-CLOSING_RATE, CLOSING_POSITION = 1, 2  # Closing of the core
-
 
 @dataclass(frozen=True, eq=False)
 class Limits:

@@ -16,9 +16,6 @@ from stillreach.errors import InputError
 from stillreach.laws.price import ROWS
 from stillreach.task import UNIT_WEIGHTS, Weights, some_joint_unweighted, weight_root
 
-# LawKind of the core
-PSEUDOINVERSE, SINGULARITY_ROBUST, LEAST_ERROR, KEEP_DIRECTION = range(4)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Law:

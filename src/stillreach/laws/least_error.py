@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from stillreach import _core
-from stillreach.laws.law import LEAST_ERROR, Law
+from stillreach.laws.law import Law
 from stillreach.laws.price import ROWS, checked, parts
 from stillreach.task import UNIT_WEIGHTS, Weights
 
@@ -48,4 +48,4 @@ class LeastError(Law):
     def core(self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None) -> _core.Law:
         """The settings as the compiled core reads them."""
         settings = parts(self.price, rows, reach, self.weights or weights or UNIT_WEIGHTS)
-        return _core.Law(LEAST_ERROR, rank_tolerance=self.rank_tolerance, **settings)
+        return _core.Law(_core.LawKind.LEAST_ERROR, rank_tolerance=self.rank_tolerance, **settings)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stillreach import _core
-from stillreach.laws.law import PSEUDOINVERSE, Law
+from stillreach.laws.law import Law
 from stillreach.laws.price import ROWS
 from stillreach.task import Weights
 
@@ -24,4 +24,4 @@ class Pseudoinverse(Law):
 
     def core(self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None) -> _core.Law:
         """The settings as the compiled core reads them."""
-        return _core.Law(PSEUDOINVERSE, rank_tolerance=self.rank_tolerance)
+        return _core.Law(_core.LawKind.PSEUDOINVERSE, rank_tolerance=self.rank_tolerance)

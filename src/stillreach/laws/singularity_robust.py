@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 from stillreach import _core, _door
 from stillreach.errors import InputError
-from stillreach.laws.law import SINGULARITY_ROBUST, Law
+from stillreach.laws.law import Law
 from stillreach.laws.price import ROWS
 from stillreach.task import Weights
 
-DAMPINGS = ("closed-form", "exact")  # DampingKind of the core: 1, 2
-NORMS = ("inf", "2")  # NormKind of the core: 0, 1
+DAMPINGS = {"closed-form": _core.DampingKind.CLOSED_FORM, "exact": _core.DampingKind.EXACT}
+NORMS = {"inf": _core.NormKind.MAXIMUM, "2": _core.NormKind.EUCLIDEAN}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,15 +50,15 @@ class SingularityRobust(Law):
                 raise InputError("damping", repr(self.damping), "'exact', 'closed-form' or a number of at least 0")
         else:
             object.__setattr__(self, "damping", _door.positive("damping", self.damping, or_zero=True))
-        _door.choice("norm", self.norm, NORMS)
+        _door.choice("norm", self.norm, tuple(NORMS))
 
     def core(self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None) -> _core.Law:
         """The settings as the compiled core reads them."""
         named = isinstance(self.damping, str)
         return _core.Law(
-            SINGULARITY_ROBUST,
-            damping=1 + DAMPINGS.index(self.damping) if isinstance(self.damping, str) else 0,
-            norm=NORMS.index(self.norm),
+            _core.LawKind.SINGULARITY_ROBUST,
+            damping=DAMPINGS[self.damping] if isinstance(self.damping, str) else _core.DampingKind.NUMBER,
+            norm=NORMS[self.norm],
             kappa=0.0 if named else float(self.damping),
             rank_tolerance=self.rank_tolerance,
         )

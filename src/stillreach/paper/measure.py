@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from stillreach._rotations import pitch_yaw_roll
 from stillreach.arm import Arm
 from stillreach.bounds import Bounds
 from stillreach.laws import LeastError
 from stillreach.paper.examples import EXACT, INCH, INCHES_AND_DEGREES, RATE_LIMIT
 from stillreach.simulation import Run
-from stillreach.simulation.attitude import pitch_yaw_roll
 from stillreach.simulation.path import followed
 
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stillreach._rotations import pitch_yaw_roll
 from stillreach.paper.evidence import Evidence
 from stillreach.paper.examples import INCH, RATE_LIMIT
 from stillreach.show import plots
 from stillreach.show.style import PRINT, unwrapped_degrees
 from stillreach.simulation import Run
-from stillreach.simulation.attitude import pitch_yaw_roll
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stillreach.faults import Derated, Fault, Runaway
+from stillreach.faults import Confined, Derated, Fault, OneWay, Runaway
 from stillreach.show.style import HEALTH_COLOURS
 from stillreach.show.words import in_picture
 from stillreach.simulation import Scenario
@@ -40,6 +40,11 @@ def what_happens(fault: Fault, *, slides: bool) -> str:
     if isinstance(fault.kind, Runaway):
         rate = 1000 * fault.kind.rate if slides else math.degrees(fault.kind.rate)
         return f"runs away, {rate:.3g} {'mm/s' if slides else 'deg/s'}"
+    if isinstance(fault.kind, Confined):
+        ends = [1000 * end if slides else math.degrees(end) for end in (fault.kind.lower, fault.kind.upper)]
+        return f"confined to {ends[0]:.3g} … {ends[1]:.3g} {'mm' if slides else 'deg'}"
+    if isinstance(fault.kind, OneWay):
+        return f"one way, {'+' if fault.kind.direction > 0.0 else '-'}"
     return "locked"
 
 

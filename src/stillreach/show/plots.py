@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillreach._rotations import pitch_yaw_roll
 from stillreach.show.style import SCREEN, Look, matplotlib_or_error, styled, unwrapped_degrees
 from stillreach.show.words import TITLE_LETTERS, in_picture
-from stillreach.simulation.attitude import pitch_yaw_roll
 from stillreach.simulation.run import Run
 
 if TYPE_CHECKING:

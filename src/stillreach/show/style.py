@@ -23,7 +23,13 @@ DASHES: tuple[Any, ...] = (
 
 COLOURS = ("#1b4f8a", "#c8501e", "#2f7d4f", "#8a3f8f", "#7a6a1f", "#3b3b3b")
 
-HEALTH_COLOURS = {Health.LOCKED: "#b3261e", Health.DERATED: "#d98a1f", Health.RUNAWAY: "#8a3f8f"}
+HEALTH_COLOURS = {
+    Health.LOCKED: "#b3261e",
+    Health.DERATED: "#d98a1f",
+    Health.RUNAWAY: "#8a3f8f",
+    Health.CONFINED: "#8a6d3b",
+    Health.ONE_WAY: "#c2578a",
+}
 """Of a failed joint, wherever it is drawn."""
 
 RC = {

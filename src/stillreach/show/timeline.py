@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 STATES = {
-    **{health.name.lower(): colour for health, colour in HEALTH_COLOURS.items()},
+    **{health.name.lower().replace("_", " "): colour for health, colour in HEALTH_COLOURS.items()},
     "at rate limit": "#1b4f8a",
     "at position limit": "#5f8fc4",
     "at acceleration limit": "#b9cfe6",
@@ -83,10 +83,10 @@ def timeline_rows(run: Run) -> int:
 def _joint_codes(run: Run) -> np.ndarray:
     """(T, n) 0, or 1 + place in STATES."""
     reasons = bound_reasons(run)
-    codes = np.where(reasons > 0, reasons + 3, 0)
-    codes[(codes == 0) & (run.health == Health.DERATED)] = 2
-    codes[run.health == Health.LOCKED] = 1
-    codes[run.health == Health.RUNAWAY] = 3
+    codes = np.where(reasons > 0, reasons + len(HEALTH_COLOURS), 0)
+    for code, health in enumerate(HEALTH_COLOURS, start=1):
+        has_choice = health not in (Health.LOCKED, Health.RUNAWAY)
+        codes[(run.health == health) & ((codes == 0) | (not has_choice))] = code
     return codes
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from stillreach._door import FloatArray
+from stillreach._rotations import log
 from stillreach.simulation.motion import checked_motion
 from stillreach.simulation.path import led_to, stretches
-from stillreach.simulation.rotations import log
 from stillreach.simulation.run import Run
 from stillreach.simulation.scenario import Scenario
 

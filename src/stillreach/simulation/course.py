@@ -8,8 +8,8 @@ from typing import ClassVar, Protocol
 import numpy as np
 
 from stillreach._door import FloatArray
+from stillreach._rotations import exp, log
 from stillreach.simulation.profile import progress
-from stillreach.simulation.rotations import exp, log
 
 ARC_POINTS = 3601
 

@@ -33,9 +33,9 @@ def null_motion_data(null_motion: Any) -> dict[str, Any] | None:
 
 
 def fault_data(scenario: Scenario, fault: Fault) -> dict[str, Any]:
-    """A fault: ``joint`` (a name), ``kind``, its ``value`` (fraction or rate), ``at`` and ``until`` [s]."""
+    """A fault: ``joint`` (a name), ``kind``, what the kind takes (``fraction``, ``rate``), ``at`` and ``until`` [s]."""
     joint = scenario.arm.joint_names[scenario.arm.joint_index(fault.joint)]
-    kind = {"kind": kind_word(fault.kind), "value": fault.kind.value}
+    kind = {"kind": kind_word(fault.kind), **_settings(fault.kind)}
     return {"joint": joint, **kind, "at": fault.at, "until": _plain(fault.until)}
 
 

@@ -17,9 +17,6 @@ AXES = {"joint": None, "row": 4, "column": 4, "component": len(TWIST_COMPONENTS)
 RATE_UNITS = {"rad": "rad/s", "m": "m/s"}
 """Unit of a joint's rate by the unit of its value."""
 
-HEALTH = ("healthy", "locked", "derated", "runaway")
-"""Meaning of the codes in ``health``, from 0 on."""
-
 STATUS_CODES = 2 * max(Status)
 """All sums of flags lie below it."""
 

@@ -14,10 +14,10 @@ import numpy.typing as npt
 
 from stillreach import _door
 from stillreach._door import FloatArray
+from stillreach._rotations import exp, log
 from stillreach.errors import InputError
 from stillreach.simulation.course import Course, Plan
 from stillreach.simulation.motion import ConstantTwist, Motion, commands
-from stillreach.simulation.rotations import exp, log
 
 GAUSS = np.array([0.5 - np.sqrt(3.0) / 6.0, 0.5 + np.sqrt(3.0) / 6.0])
 """Nodes of the two-point rule on [0, 1]."""

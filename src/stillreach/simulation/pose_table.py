@@ -11,10 +11,10 @@ import numpy.typing as npt
 
 from stillreach import _door
 from stillreach._door import FloatArray
+from stillreach._rotations import exp, from_quaternions, from_rpy, log
 from stillreach.errors import InputError
 from stillreach.simulation.course import Course, Legs, turned_and_shifted
 from stillreach.simulation.profile import RAMP
-from stillreach.simulation.rotations import exp, from_quaternions, from_rpy, log
 from stillreach.simulation.shapes import rising, set_fields
 from stillreach.simulation.table import read_table
 

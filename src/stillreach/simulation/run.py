@@ -42,7 +42,7 @@ class Run:
         scale: (T,) fraction of the commanded twist that was asked for.
         status: (T,) bits of Status.
         lower, upper: (T, n) bounds of the rates [rad/s] or [m/s].
-        health: (T, n) 0 healthy, 1 locked, 2 derated, 3 runaway.
+        health: (T, n) Health of each joint.
         active: (T, n) bound that each joint is at, as ``Solution.active``: 0 or a Reason, negative at the lower bound.
         joint_names: (n,) names.
         joint_units: (n,) unit of each joint's value, ``"rad"`` or ``"m"``.

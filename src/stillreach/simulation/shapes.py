@@ -11,10 +11,10 @@ import numpy.typing as npt
 
 from stillreach import _door
 from stillreach._door import FloatArray
+from stillreach._rotations import log, orientation
 from stillreach.errors import InputError
 from stillreach.simulation.course import Arc, Course, Legs, turned_and_shifted
 from stillreach.simulation.profile import RAMP, checked_profile
-from stillreach.simulation.rotations import log, orientation
 
 ATTITUDES = ("keep", "follow")
 

@@ -11,7 +11,6 @@ import pytest
 
 import stillreach as sr
 from stillreach.cli._locks import Gauge, direction, insight, locks, survey
-from stillreach.cli._robots import BUILT_IN, built_in
 from tests.unit.arm.urdf_texts import joint, robot
 
 
@@ -21,7 +20,7 @@ def manipulability(J):
 
 @pytest.mark.parametrize("name", ["canadarm2", "nasa_modular", "snake9"])
 def test_what_is_left_without_a_joint_is_the_ratio_of_manipulabilities(name):
-    arm = built_in(name).with_limits(velocity=1.0)
+    arm = sr.arms.by_name(name).with_limits(velocity=1.0)
     for q in np.random.default_rng(3).uniform(-2.0, 2.0, (20, arm.n)):
         J = arm.jacobian(q)
         for i, lock in enumerate(locks(arm, q)):
@@ -207,11 +206,25 @@ def test_values_by_name_leave_the_others_in_the_middle_of_their_limits(stillreac
 
 
 def test_every_arm_of_the_catalogue_can_be_named(stillreach):
-    assert {arm.name for arm in BUILT_IN} == set(sr.arms.__all__)
     found = json.loads(stillreach("arms", "--json").out)
-    assert {arm["name"] for arm in found["arms"]} == set(sr.arms.__all__)
+    assert {arm["name"] for arm in found["arms"]} == set(sr.arms.BUILDERS)
+    assert all(arm["joints"] == sr.arms.by_name(arm["name"]).n for arm in found["arms"] if not arm["sized"])
     assert tuple(scenario["name"] for scenario in found["scenarios"]) == sr.scenario_names()
     assert all(scenario["text"] for scenario in found["scenarios"])
+
+
+def test_a_robot_by_name_needs_no_file(stillreach):
+    hand = ("inspect", "panda", "--tip", "panda_hand_tcp", "--q", "zero", "--json")
+    found = json.loads(stillreach(*hand).out)
+    assert found["at"]["pose"][2][3] == pytest.approx(0.333 + 0.316 + 0.384 - 0.2104)
+    assert [joint["name"] for joint in found["joints"]] == [f"panda_joint{k}" for k in range(1, 8)]
+    assert "panda_joint4" in found["verdict"]
+    done = stillreach("inspect", "panda", "--tip", "hand")
+    assert done.code == 2
+    assert "--tip: got 'hand', expected one of panda_link8, panda_hand_tcp" in done.err
+    listed = stillreach("arms").out
+    assert "Franka Emika" in listed
+    assert "planarN" in listed
 
 
 def test_a_joint_with_a_long_name_takes_no_room_from_the_numbers(stillreach, tmp_path):

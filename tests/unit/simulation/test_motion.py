@@ -4,7 +4,7 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 import stillreach as sr
-from stillreach.simulation.attitude import pitch_yaw_roll
+from stillreach._rotations import pitch_yaw_roll
 from stillreach.simulation.path import followed
 from tests.unit.arm.literal_kinematics import cross_matrix
 from tests.unit.simulation.scenarios import eight_joints, eight_joints_start

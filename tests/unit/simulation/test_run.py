@@ -70,7 +70,7 @@ def test_the_file_says_what_its_numbers_are(tmp_path):
         assert data["rates"].dims == ("time", "joint")
         assert set(data["rates"].attrs["units"].split(", ")) == {"m/s", "rad/s"}
         assert data["component"].values.tolist() == ["vx", "vy", "vz", "wx", "wy", "wz"]
-        assert data["health"].attrs["flag_meanings"] == "healthy locked derated runaway"
+        assert data["health"].attrs["flag_meanings"] == " ".join(state.name.lower() for state in sr.Health)
         active = data["active"].attrs
         meaning = dict(zip(active["flag_values"].tolist(), active["flag_meanings"].split(), strict=True))
         assert (meaning[0], meaning[3], meaning[-2]) == ("free", "position_upper", "rate_lower")
@@ -162,8 +162,8 @@ def test_law_task_faults_and_null_motion_are_data_in_the_file(tmp_path):
     weights = {"length": 0.5, "angle": 2.0, "task": None, "joints": None}
     assert json.loads(attrs["task"]) == {"rows": "position", "frame": "tool", "tool": None, "weights": weights}
     assert json.loads(attrs["faults"]) == [
-        {"joint": "j3", "kind": "derated", "value": 0.25, "at": 0.5, "until": 0.9},
-        {"joint": "j4", "kind": "locked", "value": 0.0, "at": 1.0, "until": None},
+        {"joint": "j3", "kind": "derated", "fraction": 0.25, "at": 0.5, "until": 0.9},
+        {"joint": "j4", "kind": "locked", "at": 1.0, "until": None},
     ]
     assert json.loads(attrs["null_motion"]) == {"kind": "manipulability", "max_rate": 0.5, "gain": 0.3}
 

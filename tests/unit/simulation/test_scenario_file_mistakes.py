@@ -66,7 +66,7 @@ def test_a_largest_rate_that_is_nothing_in_radians_is_refused(mistakes):
 @pytest.mark.parametrize(
     ("text", "place", "words"),
     [
-        (PLANAR.replace("n = 3", ""), "robot.n", "planar needs it"),
+        (PLANAR.replace("n = 3", ""), "robot.n", "which planar needs"),
         (PLANAR.replace("n = 3", "lengths = [1]"), "robot.lengths", "only n beside planar"),
         (PLANAR.replace('"planar"', '"planer"'), "robot.arm", "did you mean 'planar'?"),
         (PLANAR.replace("n = 3", "n = 3.0"), "robot.n", "an integer"),

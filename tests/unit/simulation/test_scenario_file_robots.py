@@ -55,6 +55,15 @@ def test_built_in_arms_take_their_parameters(load):
     assert load(f'start = {{}}\n{motion}[robot]\narm = "canadarm2"\n').arm.name == "canadarm2"
 
 
+def test_a_name_with_its_number_is_the_same_as_the_number_beside_it(load):
+    text = f"start = {{}}\nallow_outside = true\n{WAIT}[robot]\narm = "
+    assert load(f'{text}"snake7"\n').arm == load(f'{text}"snake"\nn = 7\n').arm == sr.arms.snake(7)
+    hand = load(f'{text}"panda"\ntip = "panda_hand_tcp"\n').arm
+    assert hand == sr.arms.panda(tip="panda_hand_tcp")
+    with pytest.raises(sr.errors.ScenarioFileError, match=r"robot\.tip: got 'hand', expected one of panda_link8"):
+        load(f'{text}"panda"\ntip = "hand"\n')
+
+
 def test_a_urdf_is_found_beside_the_scenario_file(load, tmp_path):
     arm = sr.Arm.from_modules("RPRP", [0.3, 0.4, 0.5])
     (tmp_path / "robots").mkdir()

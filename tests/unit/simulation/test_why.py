@@ -13,7 +13,7 @@ import pytest
 from scipy.optimize import linprog, lsq_linear
 
 import stillreach as sr
-from stillreach.simulation.rotations import log
+from stillreach._rotations import log
 from stillreach.simulation.summary import summary
 
 PLANE = sr.Task(rows=(True, True, False, False, False, False))

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from stillreach._door import FloatArray
+from stillreach._rotations import exp, from_pitch_yaw_roll, from_quaternions, from_rpy
 from stillreach.errors import InputError
 from stillreach.simulation.course import Course
 from stillreach.simulation.motion import ConstantTwist
 from stillreach.simulation.pose_table import PoseTable
-from stillreach.simulation.rotations import exp, from_pitch_yaw_roll, from_quaternions, from_rpy
 from stillreach.simulation.scenario_file.packages import file_at
 from stillreach.simulation.scenario_file.reading import Reading
 from stillreach.simulation.scenario_file.units import Units

@@ -4,17 +4,23 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import Discriminator, Field, JsonValue, Tag
 
-from stillreach.arm import catalogue
+from stillreach import arms
 from stillreach.simulation.scenario_file.forms import MOST_JOINTS, JointName, NotNegative, Number, Table, Text
+
+NAMES: list[JsonValue] = [{"enum": [*sorted(arms.BUILDERS)]}, {"pattern": f"^({'|'.join(arms.SIZED)})[0-9]{{1,4}}$"}]
+"""What arms are called, as a JSON schema."""
 
 
 class BuiltInRobot(Table):
     """An arm that comes with stillreach."""
 
-    arm: Text = Field(description="Its name.", json_schema_extra={"enum": [*sorted(catalogue.__all__)]})
-    n: Annotated[int, Field(ge=1, le=MOST_JOINTS)] | None = Field(None, description="Number of joints (planar, snake).")
+    arm: Text = Field(description="Its name, e.g. panda or planar3.", json_schema_extra={"anyOf": NAMES})
+    n: Annotated[int, Field(ge=1, le=MOST_JOINTS)] | None = Field(
+        None, description="Number of joints of planar and snake, where it is not part of the name."
+    )
+    tip: Text | None = Field(None, description="Link that carries the tool (robots by name); the flange if absent.")
     lengths: Annotated[list[NotNegative], Field(min_length=1, max_length=MOST_JOINTS)] | None = Field(
         None, description="Lengths of the segments [length] (nasa_modular)."
     )

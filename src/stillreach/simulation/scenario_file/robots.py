@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import inspect
 from typing import Any
 
 import numpy as np
 
-from stillreach.arm import Arm, DHRow, catalogue
+from stillreach.arm import Arm, DHRow
+from stillreach.arms import by_name
 from stillreach.errors import InputError, MissingExtraError, RobotFileError
 from stillreach.simulation.scenario_file.packages import file_at
 from stillreach.simulation.scenario_file.reading import Reading
-from stillreach.simulation.scenario_file.words import did_you_mean
-
-PARAMETERS = ("n", "lengths")
-"""What built-in arms may take."""
 
 
 def arm_of(reading: Reading) -> Arm | None:
@@ -40,27 +36,11 @@ def arm_of(reading: Reading) -> Arm | None:
     return None
 
 
-def _built_in(reading: Reading, table: dict[str, Any]) -> Arm | None:
-    name = table["arm"]
-    if name not in catalogue.__all__:
-        expected = f"one of {', '.join(catalogue.__all__)}"
-        reading.wrong(("robot", "arm"), repr(name), expected, did_you_mean(name, catalogue.__all__))
-        return None
-    builder = getattr(catalogue, name)
-    known = inspect.signature(builder).parameters
-    for key in PARAMETERS:
-        if key in table and key not in known:
-            expected = f"only {', '.join(known)} beside {name}" if known else f"nothing beside {name}"
-            reading.wrong(("robot", key), f"the key {key!r}", expected)
-        elif key not in table and key in known and known[key].default is inspect.Parameter.empty:
-            reading.wrong(("robot", key), "nothing", f"this key: {name} needs it")
-    if not reading.good("robot"):
-        return None
-    settings = {key: table[key] for key in PARAMETERS if key in table}
+def _built_in(reading: Reading, table: dict[str, Any]) -> Arm:
+    settings = {key: value for key, value in table.items() if key != "arm"}
     if "lengths" in settings:
         settings["lengths"] = np.array(settings["lengths"]) * reading.units.length
-    arm: Arm = builder(**settings)
-    return arm
+    return by_name(table["arm"], **settings)
 
 
 def _row(reading: Reading, row: dict[str, Any]) -> DHRow:

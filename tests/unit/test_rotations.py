@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from stillreach.simulation.rotations import exp, from_pitch_yaw_roll, from_quaternions, from_rpy, log
+from stillreach._rotations import exp, from_pitch_yaw_roll, from_quaternions, from_rpy, log
 
 ANGLES = [0.0, 1e-300, 1e-12, 1e-7, 0.3, 2.0, np.pi - 1e-7, np.pi]
 
