@@ -5,6 +5,8 @@ JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 BIN := .venv/bin
 STAMPS := .venv/stamps
 CMAKE := PATH="$(CURDIR)/$(BIN):$$PATH" cmake
+# The wheel is built where the C++ tests are: the kernels are compiled once for both.
+SHARED := -C build-dir=build/cpp -C build.targets=_core_stub -C cmake.define.STILLREACH_PYTHON=ON
 SOURCES := $(shell find src include bindings dispatch cmake -name __pycache__ -prune -o -print) CMakeLists.txt pyproject.toml LICENSE README.md
 LINTED := $(wildcard src tests examples bench scripts docs conanfile.py)
 
@@ -24,7 +26,7 @@ test: lint cpp-test pytest  ## lint, C++ tests (also under sanitizers), Python t
 pytest: dev  ## Python tests on the installed wheel
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadgroup
 
-cpp-test: $(STAMPS)/build  ## C++ tests, plain and under the address and undefined-behaviour sanitizers
+cpp-test: $(STAMPS)/wheel  ## C++ tests, plain and under the address and undefined-behaviour sanitizers
 	$(CMAKE) -S . -B build/cpp -G Ninja -DSTILLREACH_TESTS=ON >/dev/null
 	$(CMAKE) --build build/cpp
 	cd build/cpp && ctest --no-tests=error --output-on-failure -j $(JOBS)
@@ -52,7 +54,7 @@ bench-peers: $(STAMPS)/wheel .venv-peers/installed  ## time stillreach beside it
 	.venv-peers/bin/pip install -q --no-deps --force-reinstall build/wheel/stillreach-*.whl
 	.venv-peers/bin/python -m bench.compare $(or $(ARGS),--write)
 
-instructions: $(STAMPS)/build  ## count the instructions of every kind of tick and store them (needs valgrind)
+instructions: $(STAMPS)/wheel  ## count the instructions of every kind of tick and store them (needs valgrind)
 	$(CMAKE) -S . -B build/cpp -G Ninja -DSTILLREACH_TESTS=ON >/dev/null
 	$(CMAKE) --build build/cpp --target ticks
 	$(BIN)/python -m bench.instructions --store build/cpp/tests/cpp/ticks
@@ -112,6 +114,6 @@ $(STAMPS)/robots: requirements/robots.txt $(STAMPS)/venv
 $(STAMPS)/wheel: $(SOURCES) $(STAMPS)/build | check-tools
 	@echo "building the wheel and installing it into .venv"
 	rm -rf build/wheel
-	$(BIN)/pip wheel -q --no-deps --no-build-isolation --wheel-dir build/wheel .
+	$(BIN)/pip wheel -q --no-deps --no-build-isolation --wheel-dir build/wheel $(SHARED) .
 	$(BIN)/pip install -q --no-deps --force-reinstall build/wheel/stillreach-*.whl
 	touch $@

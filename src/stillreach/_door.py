@@ -20,7 +20,8 @@ from stillreach._core import RIGID_TOLERANCE, rigid
 from stillreach._labels import POINT as POINT
 from stillreach._labels import TWIST as TWIST
 from stillreach._labels import Labels, in_order
-from stillreach.errors import InputError, did_you_mean
+from stillreach._messages import one_of
+from stillreach.errors import InputError
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -139,7 +140,7 @@ def choice(name: str, value: Any, choices: Sequence[str]) -> str:
     """One of the given words; InputError otherwise, with the nearest word as a suggestion."""
     if isinstance(value, str) and value in choices:
         return str(value)
-    raise InputError(name, describe(value), f"one of {', '.join(map(repr, choices))}{did_you_mean(value, choices)}")
+    raise InputError(name, describe(value), one_of(choices, value))
 
 
 def text(name: str, value: Any) -> str:

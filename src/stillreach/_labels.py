@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillreach.errors import InputError, listing
+from stillreach._messages import listing
+from stillreach.errors import InputError
 
 
 class Labels(NamedTuple):

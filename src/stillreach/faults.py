@@ -1,38 +1,65 @@
-"""What can be wrong with a joint."""
+"""What can be wrong with a joint: one class a kind, and ``FAULTS``, all of them."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
-from math import inf
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from stillreach import _door
+from stillreach._forms import INF, JointName, Number, Sign
+from stillreach._kinds import Kind, Table, about, key, keys_of
+from stillreach._reading import Reading
 from stillreach.errors import InputError
 from stillreach.status import Health
 
+MOMENT = Number("s", least=0.0)
 
-@dataclass(frozen=True)
-class Locked:
-    """The joint stands where it is (brake on): rate exactly 0."""
 
-    health: ClassVar = Health.LOCKED
+class FaultKind(Kind):
+    """Base of the kinds of faults."""
+
+    health: ClassVar[Health]
+    """The joint's state under this fault."""
+    leaves_choice: ClassVar[bool] = True
+    """Whether the joint has more than one rate left."""
+
+    @property
+    def share(self) -> float:
+        """What is left of the joint's velocity limits, 0 to 1."""
+        return 1.0
 
     @property
     def numbers(self) -> tuple[float, float]:
         """The two numbers that the core reads beside the state."""
         return 0.0, 0.0
 
+    def sentence(self, *, slides: bool) -> str:
+        """The fault in a few words, for a joint that slides or turns."""
+        return self.word
+
 
 @dataclass(frozen=True)
-class Derated:
-    """The joint moves at most at a fraction of its rate limit (weak motor, hot drive).
+class Locked(FaultKind):
+    """The joint stands where it is (brake on): rate exactly 0."""
+
+    word = "locked"
+    health = Health.LOCKED
+    leaves_choice = False
+
+
+@dataclass(frozen=True)
+class Derated(FaultKind):
+    """The joint moves at most at a fraction of its velocity limits (weak motor, hot drive).
 
     Args:
         fraction: from 0 to 1.
     """
 
-    health: ClassVar = Health.DERATED
-    fraction: float
+    word = "derated"
+    health = Health.DERATED
+
+    fraction: float = field(metadata=key(Number(least=0.0, most=1.0), "What is left of the velocity limits, 0 to 1"))
 
     def __post_init__(self) -> None:
         value = _door.scalar("fraction", self.fraction)
@@ -42,69 +69,93 @@ class Derated:
 
     @property
     def numbers(self) -> tuple[float, float]:
-        """The two numbers that the core reads beside the state."""
+        """The fraction."""
         return self.fraction, 0.0
+
+    @property
+    def share(self) -> float:
+        """The fraction."""
+        return self.fraction
+
+    def sentence(self, *, slides: bool) -> str:
+        """``derated to 20 %``."""
+        return f"derated to {100 * self.fraction:.3g} %"
 
 
 @dataclass(frozen=True)
-class Runaway:
+class Runaway(FaultKind):
     """The joint moves at a rate that nobody commands.
 
     Args:
         rate: [rad/s, m/s].
     """
 
-    health: ClassVar = Health.RUNAWAY
-    rate: float
+    word = "runaway"
+    health = Health.RUNAWAY
+    leaves_choice = False
+
+    rate: float = field(metadata=key(Number("joint/s"), "The rate"))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rate", _door.scalar("rate", self.rate))
 
     @property
     def numbers(self) -> tuple[float, float]:
-        """The two numbers that the core reads beside the state."""
+        """The rate."""
         return self.rate, 0.0
+
+    def sentence(self, *, slides: bool) -> str:
+        """``runs away, 3 deg/s``."""
+        return f"runs away, {_shown(self.rate, slides)}/s"
 
 
 @dataclass(frozen=True)
-class Confined:
+class Confined(FaultKind):
     """The joint's range is reduced: it stays inside as inside position limits, which hold as well.
 
     Rates towards an end shrink so that the joint can stop there. Outside the range it may move back in and no further
-    out. Its rate limit stays.
+    out. Its velocity limits stay.
 
     Args:
         lower: [rad, m] -inf for no end on this side.
         upper: [rad, m] at least ``lower``; inf for no end on this side.
     """
 
-    health: ClassVar = Health.CONFINED
-    lower: float
-    upper: float
+    word = "confined"
+    health = Health.CONFINED
+
+    lower: float = field(metadata=key(Number("joint", least=-INF, most=INF), "The lower end of its range"))
+    upper: float = field(metadata=key(Number("joint", least=-INF, most=INF), "The upper end of its range"))
 
     def __post_init__(self) -> None:
-        lower, upper = _door.vector("range", (self.lower, self.upper), 2, allow_inf=True)
-        if lower > upper or lower == inf or upper == -inf:
-            raise InputError("range", f"{lower:g} to {upper:g}", "lower <= upper, with room for a position")
-        object.__setattr__(self, "lower", float(lower))
-        object.__setattr__(self, "upper", float(upper))
+        lower, upper = (_door.scalar(name, getattr(self, name), allow_inf=True) for name in ("lower", "upper"))
+        if lower > upper or lower == INF or upper == -INF:
+            raise InputError("lower", f"{lower:g} with upper {upper:g}", "lower <= upper, with room for a position")
+        object.__setattr__(self, "lower", lower)
+        object.__setattr__(self, "upper", upper)
 
     @property
     def numbers(self) -> tuple[float, float]:
-        """The two numbers that the core reads beside the state."""
+        """The ends."""
         return self.lower, self.upper
+
+    def sentence(self, *, slides: bool) -> str:
+        """``confined to -30 deg … 45 deg``."""
+        return f"confined to {_shown(self.lower, slides)} … {_shown(self.upper, slides)}"
 
 
 @dataclass(frozen=True)
-class OneWay:
-    """The joint moves to one side only, up to its rate limit on that side.
+class OneWay(FaultKind):
+    """The joint moves to one side only, up to its velocity limit on that side.
 
     Args:
         direction: +1 (rates of at least 0) or -1 (at most 0).
     """
 
-    health: ClassVar = Health.ONE_WAY
-    direction: float
+    word = "one-way"
+    health = Health.ONE_WAY
+
+    direction: float = field(metadata=key(Sign(), "1: rates of at least 0; -1: at most 0"))
 
     def __post_init__(self) -> None:
         value = _door.scalar("direction", self.direction)
@@ -114,19 +165,29 @@ class OneWay:
 
     @property
     def numbers(self) -> tuple[float, float]:
-        """The two numbers that the core reads beside the state."""
+        """The direction."""
         return self.direction, 0.0
 
+    def sentence(self, *, slides: bool) -> str:
+        """``moves one way, +``."""
+        return f"moves one way, {'+' if self.direction > 0.0 else '-'}"
 
-FaultKind = Locked | Derated | Runaway | Confined | OneWay
+
+def _shown(value: float, slides: bool) -> str:
+    """A joint value in mm or degrees."""
+    return f"{1000.0 * value:.3g} mm" if slides else f"{math.degrees(value):.3g} deg"
 
 
-def fault_kind(name: str, value: object) -> FaultKind:
+FAULTS: tuple[type[FaultKind], ...] = (Locked, Derated, Runaway, Confined, OneWay)
+"""Every kind of fault."""
+
+
+def fault_kind(name: str, value: Any) -> FaultKind:
     """The value if it is a fault kind; InputError naming the choices otherwise."""
-    if isinstance(value, FaultKind):
+    if isinstance(value, FAULTS):
         return value
-    choices = "Locked(), Derated(fraction), Runaway(rate), Confined(lower, upper) or OneWay(direction)"
-    raise InputError(name, _door.describe(value), choices)
+    calls = [f"{kind.__name__}({', '.join(kind.keys())})" for kind in FAULTS]
+    raise InputError(name, _door.describe(value), f"{', '.join(calls[:-1])} or {calls[-1]}")
 
 
 @dataclass(frozen=True)
@@ -136,14 +197,16 @@ class Fault:
     Args:
         joint: name or 0-based index.
         at: onset [s].
-        kind: Locked(), Derated(fraction), Runaway(rate), Confined(lower, upper) or OneWay(direction).
+        kind: one of FAULTS, e.g. Derated(0.2).
         until: [s] when the joint is restored; None is never.
     """
 
-    joint: str | int
-    at: float = field(default=0.0, kw_only=True)
+    joint: str | int = field(metadata=key(JointName(), "Name of the joint"))
+    at: float = field(default=0.0, kw_only=True, metadata=key(MOMENT, "Onset"))
     kind: FaultKind = field(default=Locked(), kw_only=True)
-    until: float | None = field(default=None, kw_only=True)
+    until: float | None = field(
+        default=None, kw_only=True, metadata=key(MOMENT, "When the joint works again; never if absent")
+    )
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "at", _door.positive("at", self.at, or_zero=True))
@@ -153,3 +216,18 @@ class Fault:
             if until <= self.at:
                 raise InputError("until", f"{until:g}", f"a time after the onset at {self.at:g} s")
             object.__setattr__(self, "until", until)
+
+
+def fault_tables() -> dict[str, Table]:
+    """The table of a fault of each kind in a file, by word."""
+    return {kind.word: _table(kind) for kind in FAULTS}
+
+
+def _table(kind: type[FaultKind]) -> Table:
+    own = kind.keys()
+
+    def build(values: dict[str, Any], reading: Reading) -> Fault:
+        settings = {name: values.pop(name) for name in own}
+        return Fault(**values, kind=kind.read(settings, reading))
+
+    return Table(kind.__name__, about(kind), {**keys_of(Fault), **own}, build, kind.word)

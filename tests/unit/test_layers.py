@@ -11,10 +11,23 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "src" / "stillreach"
 
 LAYERS = (
-    {"_core", "_cpp", "errors", "_labels", "_door", "_files", "_text", "_units", "_rotations", "_formats"},
+    {
+        "_core",
+        "_cpp",
+        "errors",
+        "_labels",
+        "_door",
+        "_files",
+        "_text",
+        "_units",
+        "_rotations",
+        "_formats",
+        "_messages",
+        "_packages",
+    },
     {"arm"},
     {"arms"},
-    {"bounds", "faults", "null_motions", "task", "status", "insight"},
+    {"_forms", "_kinds", "_lists", "_reading", "bounds", "faults", "null_motions", "task", "status", "insight"},
     {"laws"},
     {"batch", "rollouts"},
     {"control"},

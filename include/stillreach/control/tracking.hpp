@@ -2,6 +2,7 @@
 // bounded, right through a half turn.
 #pragma once
 
+#include "stillreach/kinematics/arctangent.hpp"
 #include "stillreach/kinematics/frames.hpp"
 
 namespace stillreach {
@@ -81,7 +82,7 @@ inline void rotation_error(const double* target, const double* R, double* vector
     for (int i = 0; i < 3; ++i) v[i] = -v[i];
   }
   const double s = square_root(madd(v[0], v[0], madd(v[1], v[1], v[2] * v[2])));
-  const double gain = s > 1e-8 ? 2.0 * STILLREACH_LIBRARY(atan2)(s, w) / s : 2.0;
+  const double gain = s > 1e-8 ? 2.0 * first_quadrant_angle(s, w) / s : 2.0;
   for (int i = 0; i < 3; ++i) vector[i] = gain * v[i];
 }
 

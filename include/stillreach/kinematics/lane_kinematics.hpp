@@ -33,8 +33,12 @@ inline void sincos(const Wide* q, int n, Wide* sine, Wide* cosine) {
   if (all(reducible)) return;
   for (int i = 0; i < n; ++i)
     for (int l = 0; l < kLanes; ++l)
-      if (const double x = q[i][l]; !(magnitude(x) <= kLargestReducedAngle))
-        sine[i][l] = STILLREACH_LIBRARY(sin)(x), cosine[i][l] = STILLREACH_LIBRARY(cos)(x);
+      if (!(magnitude(q[i][l]) <= kLargestReducedAngle)) {
+        double s, c;
+        sincos_large(q[i][l], s, c);
+        sine[i][l] = s;
+        cosine[i][l] = c;
+      }
 }
 
 // q: n. scratch: 2 n. pose: 12. jacobian: 6 n, or null.

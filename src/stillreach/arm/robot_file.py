@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from stillreach import _door
+from stillreach._messages import did_you_mean
 from stillreach._text import UTF_16_MARKS
-from stillreach.errors import RobotFileError, did_you_mean
+from stillreach.errors import RobotFileError
 
 MAX_BYTES = 16 * 2**20
 UTF_16 = dict.fromkeys(UTF_16_MARKS, "utf-16") | {b"<\0": "utf-16-le", b"\0<": "utf-16-be"}

@@ -9,9 +9,12 @@ import inspect
 import re
 from typing import TYPE_CHECKING, Any
 
-from stillreach.arms.made import nasa_modular, planar, snake
+from stillreach._messages import did_you_mean
+from stillreach.arms.made import nasa_modular as nasa_modular
+from stillreach.arms.made import planar as planar
+from stillreach.arms.made import snake as snake
 from stillreach.arms.robot import Robot
-from stillreach.errors import InputError, did_you_mean
+from stillreach.errors import InputError
 
 if TYPE_CHECKING:
     from stillreach.arm import Arm
@@ -38,26 +41,7 @@ BUILDERS = {name: value for name, value in globals().items() if isinstance(value
 SIZED = ("planar", "snake")
 """Arms whose number of joints is given: ``planar3``, or ``planar`` with ``n``."""
 
-__all__ = [
-    "baxter",
-    "by_name",
-    "canadarm2",
-    "fetch",
-    "fr3",
-    "gen3",
-    "iiwa7",
-    "iiwa14",
-    "jaco2",
-    "nasa_modular",
-    "panda",
-    "planar",
-    "rizon4",
-    "sawyer",
-    "snake",
-    "talos",
-    "tiago",
-    "xarm7",
-]
+__all__ = ["by_name", *BUILDERS]
 
 
 def by_name(name: str, **settings: Any) -> Arm:

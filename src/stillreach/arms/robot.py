@@ -8,7 +8,8 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
-from stillreach.errors import InputError, did_you_mean
+from stillreach._messages import did_you_mean
+from stillreach.errors import InputError
 
 if TYPE_CHECKING:
     from stillreach.arm import Arm

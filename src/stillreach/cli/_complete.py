@@ -1,4 +1,4 @@
-"""What a shell offers behind Tab. Called on every Tab: nothing here imports NumPy."""
+"""What a shell offers behind Tab. Called on every Tab: only laws need NumPy."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 from stillreach._formats import FORMATS
 from stillreach.arms import BUILDERS
-from stillreach.cli._laws import LAWS, VARIANTS
+from stillreach.cli._laws import law_texts
 
 SIZED_EXAMPLES = {"planar": "planar7", "snake": "snake30"}
 
@@ -25,8 +25,9 @@ def complete_scenario(incomplete: str) -> list[str]:
 
 
 def complete_law(incomplete: str) -> list[str]:
-    """Laws, and some with settings."""
-    return _starting((*LAWS, *VARIANTS), incomplete)
+    """Laws, and behind a colon their settings."""
+    laws, variants = law_texts()
+    return _starting(laws + variants * (":" in incomplete), incomplete)
 
 
 def complete_laws(incomplete: str) -> list[str]:

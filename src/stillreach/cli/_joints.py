@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from stillreach._messages import listing, nearest
 from stillreach._units import ANGLES, LENGTHS, quantity
-from stillreach.errors import InputError, listing, nearest
+from stillreach.errors import InputError
 
 if TYPE_CHECKING:
     from stillreach._door import FloatArray

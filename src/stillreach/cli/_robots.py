@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
 from stillreach._formats import FORMATS
+from stillreach._messages import did_you_mean
 from stillreach._text import UTF_16_MARKS
 from stillreach.arms import BUILDERS, by_name, split
-from stillreach.errors import InputError, RobotFileError, did_you_mean
+from stillreach.errors import InputError, RobotFileError
 
 if TYPE_CHECKING:
     from stillreach.arm import Arm
@@ -135,7 +136,7 @@ def _file(robot: str) -> Path:
     """Where the file is; what reads ``package:`` takes its time to import."""
     if not robot.startswith("package:"):
         return Path(robot)
-    from stillreach.simulation.scenario_file.packages import file_at
+    from stillreach._packages import file_at
 
     return file_at(robot, Path())
 

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillreach.cli._complete import complete_laws, complete_scenario
-from stillreach.cli._laws import LAWS
 
 if TYPE_CHECKING:
     from stillreach.laws import Law
@@ -30,12 +29,13 @@ def compare(
         typer.Argument(metavar="SCENARIO", help="A scenario file or a ready one.", autocompletion=complete_scenario),
     ],
     laws: Annotated[
-        str,
+        str | None,
         typer.Option(
             help="Laws separated by commas, with settings like singularity-robust:damping=closed-form.",
             autocompletion=complete_laws,
+            show_default="all laws",
         ),
-    ] = ",".join(LAWS),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for what is written; by default out/NAME.")] = None,
     fail: Annotated[
         list[str] | None, typer.Option(metavar="JOINT[@S][:KIND]", help="One more fault, as for run.")
@@ -57,14 +57,14 @@ def compare(
     from stillreach._units import tolerances
     from stillreach.cli._exit import CTRL_C
     from stillreach.cli._faults import changed
-    from stillreach.cli._laws import parse_laws
+    from stillreach.cli._laws import law_texts, parse_laws
     from stillreach.cli._records import folder_for, picture, remove_older, write_record, write_summary
     from stillreach.cli._terminal import console, print_json
 
     allowed = tolerances("--within", within)
     chosen = changed(scenario, fail=fail or [], healthy=healthy)
     folder = folder_for(out, scenario)
-    results = _results(chosen, parse_laws(laws, like=chosen.law), allowed)
+    results = _results(chosen, parse_laws(laws or ",".join(law_texts()[0]), like=chosen.law), allowed)
     found = _facts(chosen, results)
     remove_older(*_older(folder, set(results)))
     written = [write_record(run, folder, _stem(law)) for law, (_, run, _) in results.items()]

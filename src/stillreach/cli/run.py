@@ -35,7 +35,7 @@ def run(
         list[str] | None,
         typer.Option(
             metavar="JOINT[@S][:KIND]",
-            help="One more fault: j4@2 locks j4 after 2 s; kinds are locked, derated=0.3 and runaway=2deg.",
+            help="One more fault: j4@2 locks j4 after 2 s, j4@2:derated=0.3 leaves it 30 % of its speed.",
         ),
     ] = None,
     healthy: Annotated[bool, typer.Option("--healthy", help="Leave out the scenario's own faults.")] = False,

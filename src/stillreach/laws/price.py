@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillreach import _door
+from stillreach._forms import Either, Number, Word
+from stillreach._lists import Named
 from stillreach.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,6 +26,15 @@ POSITION_FIRST = {"position": 110.0, "orientation": 7.0}
 """The preset: the position is held while the orientation gives way, at most CEILING times the typical joint rate."""
 CEILING, BEYOND = 0.3, 80.0
 """Of the preset: the orientation error rate bought at its price, and what the rest of it costs."""
+
+_NAMES = "position|orientation|[vw][xyz]"
+_PRICE = Number(above=0.0)
+FORM = Either(
+    _PRICE,
+    Word("none", "position-first", none="none"),
+    Named(_PRICE, f"^({_NAMES})( +({_NAMES}))*$", MOST_PARTS, "prices by rows such as position = 100, orientation = 8"),
+)
+"""Of a price in files and on the command line."""
 
 Price = float | str | tuple[float, float] | Mapping[str, float] | None
 

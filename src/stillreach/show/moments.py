@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stillreach.faults import Confined, Derated, Fault, OneWay, Runaway
+from stillreach.faults import Fault
 from stillreach.show.style import HEALTH_COLOURS
 from stillreach.show.words import in_picture
 from stillreach.simulation import Scenario
@@ -33,21 +33,6 @@ class Moment:
     better: bool = False
 
 
-def what_happens(fault: Fault, *, slides: bool) -> str:
-    """A fault in a few words: ``locked``, ``at 20 %``, ``runs away, 3 deg/s``."""
-    if isinstance(fault.kind, Derated):
-        return f"at {100 * fault.kind.fraction:.3g} %"
-    if isinstance(fault.kind, Runaway):
-        rate = 1000 * fault.kind.rate if slides else math.degrees(fault.kind.rate)
-        return f"runs away, {rate:.3g} {'mm/s' if slides else 'deg/s'}"
-    if isinstance(fault.kind, Confined):
-        ends = [1000 * end if slides else math.degrees(end) for end in (fault.kind.lower, fault.kind.upper)]
-        return f"confined to {ends[0]:.3g} … {ends[1]:.3g} {'mm' if slides else 'deg'}"
-    if isinstance(fault.kind, OneWay):
-        return f"one way, {'+' if fault.kind.direction > 0.0 else '-'}"
-    return "locked"
-
-
 def fault_groups(scenario: Scenario, names: Sequence[str]) -> list[tuple[str, Fault]]:
     """Faults in words, those of one kind and time together: ``j2, j4 locked``, each with the first of them.
 
@@ -58,7 +43,7 @@ def fault_groups(scenario: Scenario, names: Sequence[str]) -> list[tuple[str, Fa
     found: dict[tuple[str, float, float | None], tuple[list[str], Fault]] = {}
     for fault in scenario.faults:
         joint = scenario.arm.joint_index(fault.joint)
-        what = what_happens(fault, slides=bool(scenario.arm.kinds[joint]))
+        what = fault.kind.sentence(slides=bool(scenario.arm.kinds[joint]))
         found.setdefault((what, fault.at, fault.until), ([], fault))[0].append(names[joint])
     return [(f"{', '.join(joints)} {what}", fault) for (what, _, _), (joints, fault) in found.items()]
 

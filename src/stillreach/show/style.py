@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from stillreach.errors import MissingExtraError
-from stillreach.status import Health
+from stillreach.faults import FAULTS
 
 DASHES: tuple[Any, ...] = (
     "-",
@@ -23,13 +23,8 @@ DASHES: tuple[Any, ...] = (
 
 COLOURS = ("#1b4f8a", "#c8501e", "#2f7d4f", "#8a3f8f", "#7a6a1f", "#3b3b3b")
 
-HEALTH_COLOURS = {
-    Health.LOCKED: "#b3261e",
-    Health.DERATED: "#d98a1f",
-    Health.RUNAWAY: "#8a3f8f",
-    Health.CONFINED: "#8a6d3b",
-    Health.ONE_WAY: "#c2578a",
-}
+FAULT_COLOURS = ("#b3261e", "#d98a1f", "#8a3f8f", "#8a6d3b", "#c2578a", "#5b4a9e", "#6b6b2b")
+HEALTH_COLOURS = {kind.health: colour for kind, colour in zip(FAULTS, FAULT_COLOURS, strict=False)}
 """Of a failed joint, wherever it is drawn."""
 
 RC = {

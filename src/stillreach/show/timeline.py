@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stillreach.faults import FAULTS
 from stillreach.show.style import HEALTH_COLOURS
 from stillreach.show.words import in_picture
 from stillreach.simulation import Run
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 STATES = {
-    **{health.name.lower().replace("_", " "): colour for health, colour in HEALTH_COLOURS.items()},
+    **{kind.word: HEALTH_COLOURS[kind.health] for kind in FAULTS},
     "at rate limit": "#1b4f8a",
     "at position limit": "#5f8fc4",
     "at acceleration limit": "#b9cfe6",
@@ -83,10 +84,9 @@ def timeline_rows(run: Run) -> int:
 def _joint_codes(run: Run) -> np.ndarray:
     """(T, n) 0, or 1 + place in STATES."""
     reasons = bound_reasons(run)
-    codes = np.where(reasons > 0, reasons + len(HEALTH_COLOURS), 0)
-    for code, health in enumerate(HEALTH_COLOURS, start=1):
-        has_choice = health not in (Health.LOCKED, Health.RUNAWAY)
-        codes[(run.health == health) & ((codes == 0) | (not has_choice))] = code
+    codes = np.where(reasons > 0, reasons + len(FAULTS), 0)
+    for code, kind in enumerate(FAULTS, start=1):
+        codes[(run.health == kind.health) & ((codes == 0) | (not kind.leaves_choice))] = code
     return codes
 
 

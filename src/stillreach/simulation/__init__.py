@@ -1,6 +1,6 @@
 """Simulation: a Scenario in, a Run out."""
 
-from stillreach.simulation.motion import ConstantTwist
+from stillreach.simulation.motion import ConstantTwist, Wait
 from stillreach.simulation.pose_table import PoseTable
 from stillreach.simulation.run import Run
 from stillreach.simulation.scenario import Scenario
@@ -15,6 +15,7 @@ __all__ = [
     "PoseTable",
     "Run",
     "Scenario",
+    "Wait",
     "Waypoints",
     "scenario_names",
     "scenario_schema",

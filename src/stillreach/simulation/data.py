@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any
@@ -15,7 +14,8 @@ from stillreach.simulation.scenario import Scenario
 
 def law_data(scenario: Scenario) -> dict[str, Any]:
     """The law: its ``kind`` and its settings."""
-    return {"kind": kind_word(scenario.law), **_settings(scenario.law)}
+    assert scenario.law is not None
+    return {"kind": scenario.law.word, **_settings(scenario.law)}
 
 
 def task_data(scenario: Scenario) -> dict[str, Any]:
@@ -28,20 +28,15 @@ def null_motion_data(null_motion: Any) -> dict[str, Any] | None:
     if null_motion is None:
         return None
     if isinstance(null_motion, NullMotion):
-        return {"kind": kind_word(null_motion), **_settings(null_motion)}
+        return {"kind": null_motion.word, **_settings(null_motion)}
     return {"kind": "rates", "rates": _plain(null_motion)}
 
 
 def fault_data(scenario: Scenario, fault: Fault) -> dict[str, Any]:
-    """A fault: ``joint`` (a name), ``kind``, what the kind takes (``fraction``, ``rate``), ``at`` and ``until`` [s]."""
+    """A fault: ``joint`` (a name), ``kind`` and its settings, ``at`` and ``until`` [s]."""
     joint = scenario.arm.joint_names[scenario.arm.joint_index(fault.joint)]
-    kind = {"kind": kind_word(fault.kind), **_settings(fault.kind)}
+    kind = {"kind": fault.kind.word, **_settings(fault.kind)}
     return {"joint": joint, **kind, "at": fault.at, "until": _plain(fault.until)}
-
-
-def kind_word(value: object) -> str:
-    """The word of scenario files for a class: ``keep-direction`` for KeepDirection."""
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", "-", type(value).__name__).lower()
 
 
 def _settings(value: Any) -> dict[str, Any]:

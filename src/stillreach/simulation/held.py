@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from stillreach._door import FloatArray
-from stillreach.faults import Derated
 from stillreach.simulation.events import fault_changes
 from stillreach.simulation.run import Run
 from stillreach.simulation.scenario import Scenario
@@ -56,7 +55,7 @@ def _derating(scenario: Scenario, ticks: int) -> FloatArray:
     left = np.ones((ticks, scenario.arm.n))
     for tick, changes in sorted(fault_changes(scenario).items()):
         for joint, kind in changes:
-            left[tick:, joint] = kind.fraction if isinstance(kind, Derated) else 1.0
+            left[tick:, joint] = 1.0 if kind is None else kind.share
     return left
 
 

@@ -5,15 +5,21 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
 from stillreach._door import FloatArray
+from stillreach._forms import Text
+from stillreach._kinds import Key
+from stillreach._messages import short
+from stillreach._packages import WHERE, file_at
+from stillreach._reading import Reading
 from stillreach._rotations import exp, from_quaternions, from_rpy, log
 from stillreach.errors import InputError
-from stillreach.simulation.course import Course, Legs, turned_and_shifted
+from stillreach.simulation.course import RELATIVE_KEY, Course, Legs, turned_and_shifted
 from stillreach.simulation.profile import RAMP
 from stillreach.simulation.shapes import rising, set_fields
 from stillreach.simulation.table import read_table
@@ -40,6 +46,8 @@ class PoseTable(Course):
     Raises:
         InputError: an argument is none of this.
     """
+
+    word = "pose-table"
 
     times: FloatArray
     points: FloatArray
@@ -68,7 +76,7 @@ class PoseTable(Course):
     @classmethod
     def from_csv(
         cls, path: str | os.PathLike[str], *, relative: bool = False, length: float = 1.0, angle: float = 1.0
-    ) -> PoseTable:
+    ) -> Self:
         """Read a table whose first line names its columns: time [s], x, y, z, and an attitude or none.
 
         An attitude is a quaternion (qw, qx, qy, qz), roll, pitch, yaw as URDF has them, or a rotation vector
@@ -97,6 +105,23 @@ class PoseTable(Course):
             )
         points = rows[:, [place[name] for name in POSITION]] * length
         return cls(rows[:, place["time"]], points, orientations=turns, relative=relative)
+
+    @classmethod
+    def keys(cls) -> dict[str, Key]:
+        """Of a table in a file of its own."""
+        relative = RELATIVE_KEY["key"]
+        file = Key(Text(), f"A CSV file with columns {COLUMNS}, {WHERE}")
+        return {"file": file, "relative": Key(relative.form, relative.text, False)}
+
+    @classmethod
+    def read(cls, values: dict[str, Any], reading: Reading) -> Self:
+        """From that file."""
+        try:
+            path = file_at(values.pop("file"), reading.folder)
+            return cls.from_csv(path, **values, length=reading.length, angle=reading.angle)
+        except InputError as error:
+            name = "" if error.argument == "package" else f"{short(Path(error.argument).name)}: "
+            raise InputError("file", f"{name}{error.got}", error.expected) from None
 
     def plan(self, T_start: FloatArray) -> Legs:
         """The legs from a pose (4, 4) [m].

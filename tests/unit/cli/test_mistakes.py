@@ -13,7 +13,7 @@ MISTAKES = {
     "no such file": (("run", "nowhere/reach.toml"), "nowhere/reach.toml"),
     "a file that is called otherwise": (
         ("run", "raech.toml"),
-        "stillreach: raech.toml: got no such file, expected a scenario file (TOML, UTF-8) (did you mean 'reach.toml'?)",
+        "stillreach: raech.toml: no such file, expected a scenario file (TOML, UTF-8) (did you mean 'reach.toml'?)",
     ),
     "no such law": (("run", "reach.toml", "--law", "last-error"), "did you mean 'least-error'?"),
     "no such setting": (("run", "reach.toml", "--law", "least-error:gain=2"), "price"),
@@ -21,7 +21,7 @@ MISTAKES = {
     "a setting out of range": (("run", "reach.toml", "--law", "least-error:price=-1"), "above 0"),
     "a price that is another word": (
         ("run", "reach.toml", "--law", "least-error:price=position"),
-        "position=100+orientation=8",
+        "'position-first' or prices by rows",
     ),
     "a price of rows that do not exist": (
         ("run", "reach.toml", "--law", "least-error:price=position=1+tilt=2"),
@@ -29,7 +29,7 @@ MISTAKES = {
     ),
     "a price of rows twice": (
         ("run", "reach.toml", "--law", "least-error:price=position=1+position=2"),
-        "each row once",
+        "each name once",
     ),
     "a price of a row that is negative": (
         ("run", "reach.toml", "--law", "least-error:price=position=-1+orientation=2"),
@@ -44,12 +44,12 @@ MISTAKES = {
     "no such kind of fault": (("run", "reach.toml", "--fail", "j2:hot"), "derated=FRACTION"),
     "a fault without time": (("run", "reach.toml", "--fail", "j2@"), "JOINT@SECONDS"),
     "a fault before the start": (("run", "reach.toml", "--fail", "j2@-1"), "0 s or later"),
-    "a fraction that is no number": (("run", "reach.toml", "--fail", "j2:derated=x"), "got 'x', expected a number\n"),
+    "a fraction that is no number": (("run", "reach.toml", "--fail", "j2:derated=x"), "got 'x', expected a number"),
     "a held joint that is no number": (
         ("inspect", "canadarm2", "--fixed", "a=x"),
-        "expected a number, bare or with rad or deg or m or mm or cm or in\n",
+        "expected a number, bare or with rad or deg or m or cm or mm or in or ft\n",
     ),
-    "a fraction above one": (("run", "reach.toml", "--fail", "j2:derated=2"), "0 to 1"),
+    "a fraction above one": (("run", "reach.toml", "--fail", "j2:derated=2"), "at most 1"),
     "another unit": (("run", "reach.toml", "--within", "5s"), "mm"),
     "too many tolerances": (("run", "reach.toml", "--within", "5mm,1deg,1"), "5mm,1deg"),
     "a negative tolerance": (("run", "reach.toml", "--within", "-5mm"), "at least 0"),
@@ -67,7 +67,7 @@ MISTAKES = {
     ),
     "an index for a joint in values": (("inspect", "canadarm2", "--q", "2=0.1"), "did you mean 'j2'?"),
     "an index that ends no name": (("run", "reach.toml", "--fail", "12@1"), "the name of a joint: j1 … j11\n"),
-    "a tolerance without unit": (("run", "reach.toml", "--within", "5"), "a number with a unit: m, mm, cm, in"),
+    "a tolerance without unit": (("run", "reach.toml", "--within", "5"), "a number with a unit: m, cm, mm, in"),
     "an angle without unit": (("run", "reach.toml", "--within", "5mm,1"), "a number with a unit: rad, deg"),
     "degrees taken for radians": (
         ("inspect", "canadarm2", "--q", "j2=-45"),

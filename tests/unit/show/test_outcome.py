@@ -60,7 +60,7 @@ def test_moments_are_named_with_their_joints():
     texts = [(moment.time, moment.text, moment.better) for moment in moments(scenario(), 2.0)]
     assert texts == [
         (0.4, "j4, j2 locked", False),
-        (0.8, "j6 at 25 %", False),
+        (0.8, "j6 derated to 25 %", False),
         (1.2, "j6 works again", True),
         (1.5, "j9 runs away, 3 deg/s", False),
     ]
@@ -98,7 +98,7 @@ def test_title_units_moments_and_failed_joints_are_on_the_picture():
     figure, _ = drawn(scenario())
     text = written(figure)
     assert "four faults" in text
-    for words in ("j4, j2 locked", "j6 at 25 %", "j6 works again", "j9 runs away, 3 deg/s"):
+    for words in ("j4, j2 locked", "j6 derated to 25 %", "j6 works again", "j9 runs away, 3 deg/s"):
         assert words in text
     labels = [ax.get_ylabel() for ax in figure.axes]
     expected = ("off target [mm]", "off target [deg]", "rate [% of limit]", "joints [deg]")

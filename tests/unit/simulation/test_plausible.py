@@ -161,10 +161,10 @@ def test_a_file_tells_of_every_goal_out_of_reach_with_its_line(load):
     assert all("[units]" in mistake.expected for mistake in told.value.mistakes)
 
 
-def test_a_file_tells_of_a_start_outside_with_its_line_and_other_mistakes_beside_it(load):
+def test_a_file_tells_of_a_start_outside_with_its_line_and_of_other_mistakes_of_meaning(load):
     with pytest.raises(sr.errors.ScenarioFileError) as told:
-        load(f"peroid = 0.01\n{FILE}")
-    assert places(told) == [(1, "peroid"), (5, "start.j2")]
+        load(f"track_gain = 2\n{FILE}")
+    assert places(told) == [(1, "track_gain"), (5, "start.j2")]
     assert "j2 at -45 rad (-2578 deg)" in told.value.mistakes[1].got
     with pytest.raises(sr.errors.ScenarioFileError) as listed:
         load(FILE.replace("start.j1 = 0.3\nstart.j2 = -45", "start = [0.3,\n -45]"))
@@ -181,7 +181,7 @@ def test_a_file_may_mean_it(load):
     allowed = load(f"allow_outside = true\n{FILE}")
     assert allowed.allow_outside
     assert allowed.start[1] == -45.0
-    units = '[units]\nangle = "degree"\nlength = "mm"\n'
+    units = '[units]\nangle = "deg"\nlength = "mm"\n'
     assert not load(FILE.replace("[-1, 3]", "[-60, 180]").replace("[[motion]]", f"{units}[[motion]]", 1)).allow_outside
 
 

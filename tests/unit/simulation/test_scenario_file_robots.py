@@ -21,7 +21,7 @@ MJCF = """
 
 def test_an_arm_with_a_slide_takes_lengths_and_angles_each_in_its_unit(load):
     scenario = load(
-        'start = [200, 90, 0]\nrate_limits = [500, 90, 90]\n[units]\nlength = "mm"\nangle = "degree"\n'
+        'start = [200, 90, 0]\nvelocity_limits = [500, 90, 90]\n[units]\nlength = "mm"\nangle = "deg"\n'
         + RAIL
         + '[[motion]]\nkind = "wait"\nduration = 1\n'
         + '[[faults]]\njoint = "rail"\nkind = "runaway"\nrate = 100\n'
@@ -69,7 +69,7 @@ def test_a_urdf_is_found_beside_the_scenario_file(load, tmp_path):
     (tmp_path / "robots").mkdir()
     (tmp_path / "robots" / "arm.urdf").write_text(arm.to_urdf())
     scenario = load(
-        'start = { j2 = 30 }\n[units]\nangle = "degree"\n[robot]\nurdf = "robots/arm.urdf"\nfixed = { j3 = 90 }\n'
+        'start = { j2 = 30 }\n[units]\nangle = "deg"\n[robot]\nurdf = "robots/arm.urdf"\nfixed = { j3 = 90 }\n'
         '[[motion]]\nkind = "wait"\nduration = 1\n'
     )
     assert scenario.arm.joint_names == ("j1", "j2", "j4")
@@ -105,7 +105,7 @@ def test_a_package_that_is_not_there_is_named_with_the_command_that_brings_it(lo
 def test_an_mjcf_is_found_beside_the_scenario_file(load, tmp_path):
     pytest.importorskip("mujoco", reason="pip install 'stillreach[mujoco]'")
     (tmp_path / "arm.xml").write_text(MJCF)
-    units = '[units]\nlength = "cm"\nangle = "degree"\n'
+    units = '[units]\nlength = "cm"\nangle = "deg"\n'
     arm = load(f'start = [90, 20]\n{units}[robot]\nmjcf = "arm.xml"\ntip = "hand"\n{WAIT}')
     assert arm.arm.joint_names == ("hinge", "slide")
     np.testing.assert_allclose(arm.arm.forward(arm.start)[:3, 3], [0.5, 0.0, -0.2], atol=1e-12)

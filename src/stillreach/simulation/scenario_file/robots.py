@@ -1,75 +1,126 @@
-"""The arm of a scenario file."""
+"""The table of a scenario file's arm, in one of five ways."""
 
 from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
+from stillreach._forms import Integer, Number, Text, Word
+from stillreach._kinds import Choice, Key, Table, keys_for
+from stillreach._lists import MOST_JOINTS, List, Named
+from stillreach._packages import WHERE, file_at
+from stillreach._reading import Place, Reading
 from stillreach.arm import Arm, DHRow
-from stillreach.arms import by_name
+from stillreach.arm.dh import CONVENTIONS
+from stillreach.arm.joint import KINDS
+from stillreach.arms import BUILDERS, SIZED, by_name
 from stillreach.errors import InputError, MissingExtraError, RobotFileError
-from stillreach.simulation.scenario_file.packages import file_at
-from stillreach.simulation.scenario_file.reading import Reading
+
+LENGTH, ANGLE, NAME = Number("length"), Number("angle"), Text()
+LENGTHS = List(Number("length", least=0.0))
+NAMES = {"anyOf": [{"enum": sorted(BUILDERS)}, {"pattern": f"^({'|'.join(SIZED)})[0-9]{{1,4}}$"}]}
+"""Of built-in arms, for editors."""
+FILES = {"urdf": Arm.from_urdf, "mjcf": Arm.from_mjcf}
 
 
-def arm_of(reading: Reading) -> Arm | None:
-    """The arm; None, and the mistakes, where there is none to be had."""
-    table = reading.value("robot")
-    if table is None:
-        return None
+class Robot(Choice):
+    """The arm; what is read after it has its joints."""
+
+    def taken(self, value: Any, place: Place, reading: Reading) -> Any:
+        """An Arm."""
+        arm = super().taken(value, place, reading)
+        reading.arm = arm if isinstance(arm, Arm) else None
+        return arm
+
+
+def _from_file(values: dict[str, Any], reading: Reading) -> Arm:
+    kind = next(kind for kind in FILES if kind in values)
+    fixed = values.pop("fixed", {})
     try:
-        if "arm" in table:
-            return _built_in(reading, table)
-        if "modules" in table:
-            lengths = np.array(table["lengths"]) * reading.units.length
-            return Arm.from_modules(table["modules"], lengths)
-        if "dh" in table:
-            return Arm.from_dh([_row(reading, row) for row in table["dh"]], table.get("convention", "standard"))
-        return _from_file(reading, table)
-    except RobotFileError as error:
-        reading.refused(("robot",), _in_words(error, table))
-    except InputError as error:
-        reading.refused(("robot",), error)
-    except MissingExtraError as error:
-        reading.wrong(("robot",), f"a robot file that {error.extra} reads, which is not installed", str(error))
-    return None
-
-
-def _built_in(reading: Reading, table: dict[str, Any]) -> Arm:
-    settings = {key: value for key, value in table.items() if key != "arm"}
-    if "lengths" in settings:
-        settings["lengths"] = np.array(settings["lengths"]) * reading.units.length
-    return by_name(table["arm"], **settings)
-
-
-def _row(reading: Reading, row: dict[str, Any]) -> DHRow:
-    """A row in metres and radians."""
-    factors = {"a": reading.units.length, "d": reading.units.length}
-    factors |= {"alpha": reading.units.angle, "theta": reading.units.angle}
-    return DHRow(**{key: value * factors[key] if key in factors else value for key, value in row.items()})
-
-
-def _from_file(reading: Reading, table: dict[str, Any]) -> Arm:
-    kind = "urdf" if "urdf" in table else "mjcf"
-    try:
-        path = file_at(table[kind], reading.document.folder)
+        path = file_at(values.pop(kind), reading.folder)
     except InputError as error:
         raise InputError(kind, error.got, error.expected) from None
-    read = Arm.from_urdf if kind == "urdf" else Arm.from_mjcf
-    settings = {key: table[key] for key in ("tip", "base") if key in table}
-    fixed = table.get("fixed", {})
-    if fixed and not reading.units.length == reading.units.angle == 1.0:  # slides and hinges have different units
-        whole = read(path, **settings)
-        factors = dict(zip(whole.joint_names, reading.units.joints(whole.kinds), strict=True))
-        fixed = {name: value * factors.get(name, 1.0) for name, value in fixed.items()}
-    return read(path, fixed=fixed or None, **settings)
+    try:
+        if fixed and not reading.length == reading.angle == 1.0:  # slides and hinges have different units
+            reading.arm = FILES[kind](path, **values)
+            factors = dict(zip(reading.arm.joint_names, reading.joint_factors(), strict=True))
+            fixed = {name: value * factors.get(name, 1.0) for name, value in fixed.items()}
+        return FILES[kind](path, fixed=fixed or None, **values)
+    except RobotFileError as error:
+        argument = error.argument if error.argument in ("tip", "base", "fixed") else kind
+        line = f"line {error.line}" if error.line else ""
+        place = ", ".join(part for part in (line, error.element) if part)
+        raise InputError(argument, f"{place}: {error.got}" if place else error.got, error.expected) from None
+    except MissingExtraError as error:
+        raise InputError(kind, f"a robot file that {error.extra} reads, which is not installed", str(error)) from None
 
 
-def _in_words(error: RobotFileError, table: dict[str, Any]) -> InputError:
-    """The error with its place in the robot file as a part of what came."""
-    kind = "urdf" if "urdf" in table else "mjcf"
-    argument = error.argument if error.argument in ("tip", "base", "fixed") else kind
-    line = f"line {error.line}" if error.line else ""
-    place = ", ".join(part for part in (line, error.element) if part)
-    return InputError(argument, f"{place}: {error.got}" if place else error.got, error.expected)
+def _file_table(kind: str, text: str) -> Table:
+    own = keys_for(
+        FILES[kind],
+        **{kind: (Text(), f"The file, {WHERE}")},
+        tip=(NAME, "Link (URDF), body or site (MJCF) that carries the tool"),
+        base=(NAME, "Link or body that the arm stands on; the root if absent"),
+        fixed=(Named(Number("joint")), "Joints that are held at a value and are no part of the arm"),
+    )
+    return Table(f"{kind.upper()}Robot", text, own, _from_file)
+
+
+ROW = Table(
+    "DHRow",
+    "One row of a Denavit-Hartenberg table.",
+    keys_for(
+        DHRow,
+        a=(LENGTH, "Link length, along x"),
+        alpha=(ANGLE, "Link twist, about x"),
+        d=(LENGTH, "Link offset, along z"),
+        theta=(ANGLE, "Joint angle, about z"),
+        kind=(Word(*KINDS), "What the joint is"),
+        name=(NAME, "The joint's name; j1, j2, ... if absent"),
+    ),
+    lambda values, reading: DHRow(**values),
+)
+
+ROBOT = Robot(
+    {
+        "arm": Table(
+            "BuiltInRobot",
+            "An arm that comes with stillreach.",
+            {
+                "arm": Key(Text(names=NAMES), "Its name, e.g. panda or planar3"),
+                "n": Key(
+                    Integer(1, MOST_JOINTS),
+                    "Number of joints of planar and snake, where it is not part of the name",
+                    None,
+                ),
+                "tip": Key(NAME, "Link that carries the tool (robots by name); the flange if absent", None),
+                "lengths": Key(LENGTHS, "Lengths of the segments (nasa_modular)", None),
+            },
+            lambda values, reading: by_name(values.pop("arm"), **values),
+        ),
+        "modules": Table(
+            "ModuleRobot",
+            "An arm of roll and pitch modules, straight up along z at zero.",
+            {
+                "modules": Key(
+                    Text(most=MOST_JOINTS), "R (roll, about the link) and P (pitch, across it), from base to tool"
+                ),
+                "lengths": Key(
+                    LENGTHS, "Base to first pitch, pitch to pitch, last pitch to tool: one more than pitches"
+                ),
+            },
+            lambda values, reading: Arm.from_modules(values["modules"], values["lengths"]),
+        ),
+        "dh": Table(
+            "DHRobot",
+            "An arm from Denavit-Hartenberg rows.",
+            keys_for(
+                Arm.from_dh,
+                dh=(List(ROW), "One row for each joint, from the base on"),
+                convention=(Word(*CONVENTIONS), "Of the rows; modified is Craig's"),
+            ),
+            lambda values, reading: Arm.from_dh(values.pop("dh"), **values),
+        ),
+        "urdf": _file_table("urdf", "A robot from a URDF file."),
+        "mjcf": _file_table("mjcf", "A robot from an MJCF file (MuJoCo)."),
+    }
+)

@@ -5,10 +5,12 @@ from __future__ import annotations
 from importlib import metadata
 from pathlib import Path
 
+from stillreach._messages import hint, short, shown
 from stillreach.errors import InputError
-from stillreach.simulation.scenario_file.words import did_you_mean, short, shown
 
 PREFIX = "package:"
+WHERE = "relative to this file, or package:NAME/PATH for a file of an installed Python package"
+"""Where a file is that a scenario file names, in words."""
 
 
 def file_at(reference: str, folder: Path) -> Path:
@@ -41,6 +43,6 @@ def _of_package(reference: str) -> Path:
     if found is not None:
         return Path(str(distribution.locate_file(found)))
     alike = [file.name for file in files if file.suffix == Path(inner).suffix]
-    hint = did_you_mean(wanted[-1], alike)
+    near = hint(wanted[-1], alike)
     got = f"{shown(inner)}, which {name} {distribution.version} does not have"
-    raise InputError("package", got, f"one of its files{f'; {hint}' if hint else ''}")
+    raise InputError("package", got, f"one of its files{f'; {near}' if near else ''}")
