@@ -13,7 +13,8 @@ static void couple(Arm& arm, nb::handle leaders, nb::handle factors, nb::handle 
     if (arm.leaders.back() < 0 || arm.leaders.back() >= moved) refuse("leaders", describe(leaders), "indices of joints");
     arm.n = std::max(arm.n, arm.leaders.back() + 1);
   }
-  arm.factors.resize(moved), arm.offsets.resize(moved);
+  arm.factors.resize(to_size(moved));
+  arm.offsets.resize(to_size(moved));
   read_vector("factors", factors, moved, arm.factors.data());
   read_vector("offsets", offsets, moved, arm.offsets.data());
   if (static_cast<int>(arm.leaders.size()) != moved) refuse("leaders", describe(leaders), std::to_string(moved) + " of them");
@@ -25,13 +26,13 @@ static void make_arm(Arm* self, nb::handle kinds, nb::handle placements, nb::han
   const long n = poses.open(placements) && poses.ndim() == 3 ? poses.size(0) : -1;
   View checked = strict("placements", placements, {n < 1 ? 1 : n, 4, 4}, false);
   View axis = strict("axes", axes, {n, 3}, false);
-  std::vector<double> all(16 * (n + 1));
-  std::memcpy(all.data(), checked.data(), sizeof(double) * 16 * n);
-  std::memcpy(all.data() + 16 * n, end.data(), sizeof(double) * 16);
+  std::vector<double> all(16 * to_size(n + 1));
+  std::copy_n(checked.data(), 16 * n, all.data());
+  std::copy_n(end.data(), 16, all.data() + 16 * n);
   std::vector<stillreach::JointKind> kind;
   for (nb::handle k : nb::iter(kinds)) kind.push_back(nb::cast<stillreach::JointKind>(k));
   if (static_cast<long>(kind.size()) != n) refuse("kinds", describe(kinds), std::to_string(n) + " kinds");
-  Arm arm{static_cast<int>(n), std::vector<stillreach::Link>(n), {}, {}, {}, {}, {}};
+  Arm arm{static_cast<int>(n), std::vector<stillreach::Link>(to_size(n)), {}, {}, {}, {}, {}};
   arm.chain = kernel().align_axes(arm.n, kind.data(), all.data(), axis.data(), arm.links.data());
   couple(arm, leaders, factors, offsets);
   new (self) Arm(std::move(arm));

@@ -1,11 +1,12 @@
 #include "controller.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
 void Controller::take_next() {
   const std::unique_ptr<NullMotion> taken = std::move(next);
-  std::memcpy(const_cast<double*>(state.null_vector), taken->vector.data(), sizeof(double) * n());
+  std::copy_n(taken->vector.data(), n(), const_cast<double*>(state.null_vector));
   state.null_kind = taken->kind, state.null_gain = taken->gain, state.null_largest = taken->largest;
   std::swap(gradient, taken->gradient);  // the old one ends with `taken`, and may run Python code then
 }
@@ -13,21 +14,21 @@ void Controller::take_next() {
 bool Controller::update_gradient(const double* q, bool raise) {
   const nb::object called = gradient;
   Lease<std::vector<double>> read(proposed);
-  read->assign(n(), 0.0);
+  read->assign(to_size(n()), 0.0);
   bool fine = true;
   try {
     nb::object at = new_vector(n());
     View view;
     view.open(at);
-    std::memcpy(view.data(), q, sizeof(double) * n());
+    std::copy_n(q, n(), view.data());
     read_vector("gradient(q)", called(at), n(), read->data(), true, labels);
   } catch (nb::python_error& error) {
     if (raise || !error.matches(PyExc_Exception) || error.matches(PyExc_KeyboardInterrupt)) throw;
     error.discard_as_unraisable("stillreach: the null motion's gradient");
-    read->assign(n(), 0.0), fine = false;
+    read->assign(to_size(n()), 0.0), fine = false;
   }
   // A tick inside the gradient may have brought another null motion, whose numbers these are not.
-  if (gradient.is(called)) std::memcpy(const_cast<double*>(state.null_vector), read->data(), sizeof(double) * n());
+  if (gradient.is(called)) std::copy_n(read->data(), n(), const_cast<double*>(state.null_vector));
   return fine;
 }
 
@@ -46,20 +47,20 @@ static void make_controller(Controller* self, const Arm& arm, const Law& law, co
   s.track_gain = track_gain, s.track_linear = s.track_angular = std::numeric_limits<double>::infinity();
   s.null_kind = stillreach::NullMotionKind::NONE, s.null_largest = std::numeric_limits<double>::infinity();
 
-  c.numbers.assign(33 * static_cast<std::size_t>(n), 0.0), c.bytes.assign(5 * static_cast<std::size_t>(n), 0);
+  c.numbers.assign(33 * to_size(n), 0.0), c.bytes.assign(5 * to_size(n), 0);
   double* at = c.numbers.data();
-  const auto take = [&](int times) { double* p = at; at += static_cast<std::size_t>(times) * n; return p; };
+  const auto take = [&](int times) { double* p = at; at += times * n; return p; };
   s.rate_lower = take(1), s.rate_upper = take(1), s.position_lower = take(1), s.position_upper = take(1), s.acceleration = take(1);
   s.null_vector = take(1), s.last = take(1), s.anchor = take(1), s.lower = take(1), s.upper = take(1), s.reference = take(1);
   s.task_jacobian = s.every_row ? nullptr : take(6), s.scratch = take(10), s.jacobian = take(6);
   if (s.every_row) s.task_jacobian = s.jacobian;
-  c.faults.assign(n, {}), s.faults = c.faults.data();
+  c.faults.assign(to_size(n), {}), s.faults = c.faults.data();
   s.active = c.bytes.data(), s.lower_reason = s.active + n, s.upper_reason = s.lower_reason + n;
   s.closing = s.upper_reason + n;
   std::int8_t* const turns = s.closing + n;
   for (int i = 0; i < n; ++i) turns[i] = nb::cast<bool>(rotary[i]);
   s.rotary = turns;
-  c.rates.assign(n, 0.0), c.residual.assign(6, 0.0), c.active.assign(n, 0);
+  c.rates.assign(to_size(n), 0.0), c.residual.assign(6, 0.0), c.active.assign(to_size(n), 0);
   c.answer.rates = c.rates.data(), c.answer.residual = c.residual.data(), c.answer.active = c.active.data();
   c.scratch.fit(n, !c.metric->joints.empty());
 }
@@ -92,7 +93,7 @@ static void each_memory(stillreach::ControllerState& s, int n, Visit visit) {
 
 static nb::bytes get_state(Controller& c) {
   std::string all;
-  const auto add = [&](const auto* from, int count) { all.append(reinterpret_cast<const char*>(from), sizeof *from * count); };
+  const auto add = [&](const auto* from, int count) { all.append(reinterpret_cast<const char*>(from), sizeof *from * to_size(count)); };
   each_memory(c.state, c.n(), add);
   return nb::bytes(all.data(), all.size());
 }
@@ -100,10 +101,10 @@ static nb::bytes get_state(Controller& c) {
 static void set_state(Controller& c, nb::bytes state) {
   const int n = c.n();
   std::size_t wanted = 0;
-  each_memory(c.state, n, [&](auto* to, int count) { wanted += sizeof *to * count; });
+  each_memory(c.state, n, [&](auto* to, int count) { wanted += sizeof *to * to_size(count); });
   if (state.size() != wanted) refuse("state", std::to_string(state.size()) + " bytes", std::to_string(wanted) + " bytes");
   const char* at = static_cast<const char*>(state.data());
-  const auto take = [&](auto* to, int count) { std::memcpy(to, at, sizeof *to * count), at += sizeof *to * count; };
+  const auto take = [&](auto* to, int count) { std::memcpy(to, at, sizeof *to * to_size(count)), at += sizeof *to * to_size(count); };
   each_memory(c.state, n, take);
   c.state.bounds_stand = 0;
 }
@@ -119,14 +120,14 @@ static Solution solution_of_tick(Controller& c, const double* q, const double* t
   double* to = numpy_vector(s.rates, n, true);
   if (!to) view = strict("out", s.rates, {n}, true), to = view.data();
   c.run(q, twist, target, period);
-  std::memcpy(to, c.rates.data(), sizeof(double) * n);
-  std::memcpy(s.jacobian(), c.state.task_jacobian, sizeof(double) * m * n);
-  std::memcpy(s.lower(), c.state.lower, sizeof(double) * n);
-  std::memcpy(s.upper(), c.state.upper, sizeof(double) * n);
-  std::memcpy(s.twist(), c.state.twist, sizeof(double) * m);
-  std::memcpy(s.residual(), c.residual.data(), sizeof(double) * m);
+  std::copy_n(c.rates.data(), n, to);
+  std::copy_n(c.state.task_jacobian, m * n, s.jacobian());
+  std::copy_n(c.state.lower, n, s.lower());
+  std::copy_n(c.state.upper, n, s.upper());
+  std::copy_n(c.state.twist, m, s.twist());
+  std::copy_n(c.residual.data(), m, s.residual());
   std::int8_t* const reasons = s.reasons();
-  for (int i = 0; i < n; ++i) reasons[i] = stillreach::active_reason(c.active[i], c.state.lower_reason[i], c.state.upper_reason[i]);
+  for (int i = 0; i < n; ++i) reasons[i] = stillreach::active_reason(c.answer.active[i], c.state.lower_reason[i], c.state.upper_reason[i]);
   s.status = c.answer.status, s.iterations = c.answer.iterations, s.damping = c.answer.damping, s.scale = c.answer.scale;
   s.task_error = c.answer.task_error;
   s.set_multiplier(c.state.multiplier);
@@ -147,7 +148,7 @@ static nb::handle twist_labels() {
 
 static Solution step(Controller& c, nb::handle q, nb::handle twist, nb::handle period, nb::handle out) {
   Lease<std::vector<double>> at(c.measured);
-  at->resize(c.n());
+  at->resize(to_size(c.n()));
   double command[6];
   read_vector("q", q, c.n(), at->data(), true, c.labels);
   read_vector("twist", twist, 6, command, true, twist_labels());
@@ -158,7 +159,7 @@ static Solution step(Controller& c, nb::handle q, nb::handle twist, nb::handle p
 
 static Solution track(Controller& c, nb::handle q, nb::handle target_pose, nb::handle feedforward, nb::handle period, nb::handle out) {
   Lease<std::vector<double>> at(c.measured);
-  at->resize(c.n());
+  at->resize(to_size(c.n()));
   double command[6] = {0, 0, 0, 0, 0, 0}, target[12];
   read_vector("q", q, c.n(), at->data(), true, c.labels);
   View matrix;
@@ -201,7 +202,7 @@ static nb::object tick(BoundTick& b) {
     if (finite) fine = c.prepare(q, false);
   }
   c.run(q, twist, b.target ? frame : nullptr, twist == unknown ? 0.0 : period);
-  std::memcpy(b.rates, c.rates.data(), sizeof(double) * c.n());
+  std::copy_n(c.rates.data(), c.n(), b.rates);
   return status_object(fine ? c.answer.status : c.answer.status | stillreach::INVALID_INPUT);
 }
 
@@ -293,19 +294,19 @@ static nb::object working_rates(const Controller& c, nb::handle limits) {
 
 static void reset(Controller& c, nb::handle rates) {
   if (rates.is_none())
-    std::memset(c.state.last, 0, sizeof(double) * c.n());
+    std::fill_n(c.state.last, c.n(), 0.0);
   else {
-    std::vector<double> read(c.n());
+    std::vector<double> read(to_size(c.n()));
     read_vector("rates", rates, c.n(), read.data(), true, c.labels);
-    std::memcpy(c.state.last, read.data(), sizeof(double) * c.n());
+    std::copy_n(read.data(), c.n(), c.state.last);
   }
-  std::memset(c.state.active, 0, c.n());
+  std::fill_n(c.state.active, c.n(), std::int8_t{0});
   c.state.transition = 0.0;
 }
 
 static void set_null_motion(Controller& c, stillreach::NullMotionKind kind, double gain, double largest, nb::handle vector, nb::handle gradient) {
   auto next = std::make_unique<NullMotion>();
-  next->kind = kind, next->gain = gain, next->largest = largest, next->vector.assign(c.n(), 0.0);
+  next->kind = kind, next->gain = gain, next->largest = largest, next->vector.assign(to_size(c.n()), 0.0);
   if (!vector.is_none()) read_vector("null_motion", vector, c.n(), next->vector.data());
   if (!gradient.is_none()) next->gradient = nb::borrow(gradient);
   std::swap(c.next, next);
@@ -364,7 +365,7 @@ void bind_controller(nb::module_& m) {
     nb::object array = new_vector(s.n());
     View view;
     view.open(array);
-    std::memcpy(view.data(), s.state.last, sizeof(double) * s.n());
+    std::copy_n(s.state.last, s.n(), view.data());
     return array;
   }, nb::sig("def last_rates(self) -> numpy.typing.NDArray[numpy.float64]"), "(n,) the last commanded rates.");
   bind_rollout(c);

@@ -21,7 +21,7 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
   std::vector<double> frames;
   if (!targets.is_none()) {
     poses = strict("targets", targets, {rows, 4, 4}, false);
-    frames.resize(12 * rows);
+    frames.resize(12 * to_size(rows));
     for (long t = 0; t < rows; ++t)
       if (!kernel().read_pose(poses.data() + 16 * t, frames.data() + 12 * t)) refuse("targets", "row " + std::to_string(t), "rigid transforms (4 x 4)");
   }
@@ -41,8 +41,8 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
   to.health = open_integers<std::int8_t>(health, "health", record["health"], steps * n, "int8");
   to.active = open_integers<std::int8_t>(active, "active", record["active"], steps * n, "int8");
 
-  std::vector<double> scratch(4 * n);
-  std::vector<std::int8_t> scratch_active(n);
+  std::vector<double> scratch(4 * to_size(n));
+  std::vector<std::int8_t> scratch_active(to_size(n));
   const auto run = [&](long first, long count, const stillreach::Record& where) {
     kernel().rollout(c.state, at.data(), commands.data() + 6 * stages * first, frames.empty() ? nullptr : frames.data() + 12 * stages * first,
                      count, stages, advance, c.scratch.memory(), c.answer, scratch.data(), scratch_active.data(), where);

@@ -10,7 +10,7 @@ static Metric make_metric(int m, int n, nb::handle rows, nb::handle units, nb::h
     if (from.is_none()) return;
     const View view = strict(name, from, shape, false);
     std::size_t count = 1;
-    for (long s : shape) count *= static_cast<std::size_t>(s);
+    for (long s : shape) count *= to_size(s);
     to.assign(view.data(), view.data() + count);
   };
   copy("rows", rows, {m, m}, data->rows);
@@ -19,7 +19,7 @@ static Metric make_metric(int m, int n, nb::handle rows, nb::handle units, nb::h
   copy("joints", joints, {n, n}, data->joints);
   const auto last = std::find_if(data->rows.rbegin(), data->rows.rend(), [](double weight) { return weight != 0.0; });
   data->weightless = static_cast<int>(last - data->rows.rbegin()) / m;
-  if (!data->joints.empty() && data->units.empty()) data->units.assign(n, 1.0);
+  if (!data->joints.empty() && data->units.empty()) data->units.assign(to_size(n), 1.0);
   return {std::move(data)};
 }
 

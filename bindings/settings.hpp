@@ -10,6 +10,8 @@
 
 using stillreach::kernel;
 
+using stillreach::to_size;
+
 struct Law {
   stillreach::LawSettings settings;
 };

@@ -5,6 +5,7 @@
 #if defined(__CUDACC_RTC__)  // run-time compilation has no headers of a host
 namespace std {
 using size_t = decltype(sizeof 0);
+using ptrdiff_t = long long;
 using int8_t = signed char;
 using int32_t = int;
 }

@@ -7,6 +7,9 @@
 
 namespace stillreach {
 
+// A number that is not negative, as sizes of memory count.
+STILLREACH_INLINE constexpr std::size_t to_size(std::ptrdiff_t count) { return static_cast<std::size_t>(count); }
+
 // Closed sets, as lists of name and meaning: the enumerations here and those that Python sees are made of them.
 // A switch over such a set names every member and has no default, so that the compiler reports what was forgotten.
 #define STILLREACH_MEMBER(name, ...) name,

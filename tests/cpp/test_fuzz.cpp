@@ -63,8 +63,8 @@ struct AnyController {
   std::vector<Fault> faults;
   Numbers J, rows, lower, upper, reference, scratch;
   Codes warm, lower_reason, upper_reason;
-  AnyController(int n, int m)
-      : n(n), m(m), arm(n), weights(m, n), rate_lower(n), rate_upper(n), position_lower(n), position_upper(n), acceleration(n), null_vector(numbers(n, false)),
+  AnyController(int joints, int task_rows)
+      : n(joints), m(task_rows), arm(n), weights(m, n), rate_lower(n), rate_upper(n), position_lower(n), position_upper(n), acceleration(n), null_vector(numbers(n, false)),
         last(n), anchor(n), faults(n), J(6 * n), rows(m * n), lower(n), upper(n), reference(n), scratch(10 * n), warm(n), lower_reason(n), upper_reason(n) {
     s.arm = arm.view, s.law = any_law(), s.metric = weights.view(), s.m = m, s.tool_axes = below(2), s.every_row = m == 6 && !s.tool_axes;
     for (int r = 0; r < m; ++r) s.rows[r] = r + 6 - m;

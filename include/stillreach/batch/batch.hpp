@@ -62,18 +62,18 @@ struct BatchMemory {
   std::int8_t* bytes;       // 3 n
 };
 
-STILLREACH_INLINE std::size_t batch_packs(int n) { return (4 + 12 + 2 * 6 + 16) * static_cast<std::size_t>(n) + 36; }
+STILLREACH_INLINE std::size_t batch_packs(int n) { return (4 + 12 + 2 * 6 + 16) * to_size(n) + 36; }
 STILLREACH_INLINE std::size_t batch_doubles(int n, bool full) {
-  return kLanes * batch_packs(n) + 32 * static_cast<std::size_t>(n) + 64 + workspace_doubles(n, full);
+  return kLanes * batch_packs(n) + 32 * to_size(n) + 64 + workspace_doubles(n, full);
 }
-STILLREACH_INLINE std::size_t batch_ints(int n) { return workspace_ints(n) + n; }
-STILLREACH_INLINE std::size_t batch_bytes(int n) { return workspace_bytes(n) + 3 * static_cast<std::size_t>(n); }
+STILLREACH_INLINE std::size_t batch_ints(int n) { return workspace_ints(n) + to_size(n); }
+STILLREACH_INLINE std::size_t batch_bytes(int n) { return workspace_bytes(n) + 3 * to_size(n); }
 
 // doubles: on a 64-byte boundary.
 inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* ints, std::int8_t* bytes) {
   BatchMemory b;
   Wide* at = static_cast<Wide*>(static_cast<void*>(doubles));
-  const auto take = [&at](std::size_t count) { Wide* p = at; at += count; return p; };
+  const auto take = [&at](int count) { Wide* p = at; at += count; return p; };
   b.q = take(n), b.lower = take(n), b.upper = take(n), b.rates = take(n), b.residual = take(6);
   b.jacobian = take(6 * n), b.task_jacobian = take(6 * n);
   LaneSystem& s = b.system;
@@ -85,7 +85,7 @@ inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* int
   s.column = static_cast<const Wide**>(static_cast<void*>(take(n)));
   s.masked_column = static_cast<const Wide**>(static_cast<void*>(take(n)));
   b.single = doubles + kLanes * batch_packs(n);
-  b.workspace = make_workspace(n, full, b.single + 32 * static_cast<std::size_t>(n) + 64, ints, bytes);
+  b.workspace = make_workspace(n, full, b.single + 32 * to_size(n) + 64, ints, bytes);
   s.joint = ints + workspace_ints(n);
   b.bytes = bytes + workspace_bytes(n);
   return b;

@@ -35,7 +35,7 @@ constexpr int kRolloutBlock = 64;
 
 STILLREACH_BEGIN
 
-STILLREACH_INLINE std::size_t rollout_doubles(int n) { return kRolloutBlock * (6 * static_cast<std::size_t>(n) + 7); }
+STILLREACH_INLINE std::size_t rollout_doubles(int n) { return kRolloutBlock * (6 * to_size(n) + 7); }
 
 // The memory of one block: rows of n each, but twist (6) and error (1).
 struct RolloutMemory {
@@ -86,7 +86,7 @@ inline void rollout_rows(const BatchRollout& r, std::ptrdiff_t first, std::ptrdi
   b.q = w.q, b.twist = w.twist, b.twist_stride = 6, b.rates = w.rates, b.status = w.status, b.task_error = w.error;
   b.lower += first * b.bounds_stride, b.upper += first * b.bounds_stride;
   if (b.acceleration) b.last = w.last;
-  const std::size_t bytes = sizeof(double) * static_cast<std::size_t>(count) * n;
+  const std::size_t bytes = sizeof(double) * to_size(count * n);
   __builtin_memcpy(w.q, r.start + first * n, bytes);
   for (int i = 0; i < count * n; ++i) w.last[i] = r.last ? r.last[first * n + i] : 0.0;
   for (int row = 0; row < count; ++row) {

@@ -8,7 +8,7 @@ STILLREACH_BEGIN
 
 // jacobi() of spectrum.hpp without the rotations' product, in the lanes of `where`.
 template <int M>
-inline void jacobi(Lanes where, Wide (*triangle)[M]) {
+inline void jacobi(Lanes where, Wide (*triangle)[kRows]) {
   const auto product = [](const Wide* a, const Wide* b) {  // in the order of the single tick's packs
     Wide part[4];
     for (int r = 0; r < 4; ++r) part[r] = r < M ? a[r] * b[r] : wide(0.0);
@@ -36,7 +36,7 @@ inline void jacobi(Lanes where, Wide (*triangle)[M]) {
 
 // Singular values and left vectors, falling, by odd-even exchange. Ties have no order of their own: those lanes are rejected.
 template <int M>
-inline Lanes sort_spectrum(Wide (*triangle)[M], double threshold, Wide* sigma) {
+inline Lanes sort_spectrum(Wide (*triangle)[kRows], double threshold, Wide* sigma) {
   for (int j = 0; j < M; ++j) {
     Wide sum = wide(0.0);
     for (int r = 0; r < M; ++r) sum = madd(triangle[j][r], triangle[j][r], sum);
@@ -93,7 +93,7 @@ template <int M>
 inline Lanes exact_damping(const Wide* const* column, int k, const Wide* rhs, const Wide* limit, NormKind norm, Lanes where, LaneInner<M>& in,
                           Wide* z, Wide& kappa, Wide& steps) {
   LaneFactor<M>& f = in.factor;
-  Wide diagonal[M], w[M], v[M], t[M];
+  Wide diagonal[kRows], w[kRows], v[kRows], t[kRows];
   Lanes settled = no_lane();
   for (int r = 0; r < M; ++r) diagonal[r] = f.gram[r][r];
   kappa = steps = wide(0.0);
@@ -120,7 +120,7 @@ inline Lanes exact_damping(const Wide* const* column, int k, const Wide* rhs, co
 // Eq. (16), from the shapes (k x M), beta and sigma^2 of damping.hpp.
 template <int M>
 inline Wide closed_form_damping(const Wide* shapes, int k, const Wide* limit, const Wide* beta, const Wide* square) {
-  Wide left = wide(0.0), right = wide(0.0), inverse[M];
+  Wide left = wide(0.0), right = wide(0.0), inverse[kRows];
   for (int j = 0; j < M; ++j) inverse[j] = wide(1.0) / square_root(square[j]);
   for (int i = 0; i < k; ++i) {
     Wide sum = wide(0.0);
@@ -135,7 +135,7 @@ inline Wide closed_form_damping(const Wide* shapes, int k, const Wide* limit, co
 template <int M>
 inline Lanes closed_form_damping(double rank_tolerance, const Wide* const* column, int k, const Wide* rhs, const Wide* limit, Lanes where,
                                 const LaneInner<M>& in, Wide* shapes, Wide* z, Wide& kappa) {
-  Wide triangle[M][M], sigma[M], beta[M], square[M], weight[M];
+  Wide triangle[kRows][kRows], sigma[kRows], beta[kRows], square[kRows], weight[kRows];
   for (int j = 0; j < M; ++j) {
     const Wide root = wide(1.0) / square_root(in.factor.pivot_inverse[j]);
     for (int i = 0; i < M; ++i) triangle[j][i] = i < j ? wide(0.0) : i == j ? root : in.factor.lower[i][j] * root;

@@ -98,16 +98,15 @@ inline Lanes finish_singularity_robust(const LawSettings& law, const LaneProblem
 
 // LeastError's search in the lanes of `where`, from the pseudoinverse in s.z. Returns the lanes that were answered.
 template <int M>
-inline STILLREACH_NOINLINE Lanes search_box(const LaneProblem& p, LaneSystem& s, Lanes where, Wide kappa, const LaneInner<M>& in,
-                                           LaneAnswer& out) {
+inline STILLREACH_NOINLINE Lanes search_box(const LaneProblem& p, LaneSystem& s, Lanes where, const LaneInner<M>& in, LaneAnswer& out) {
   LaneBox<M> b;
-  b.k = s.k, b.column = s.column, b.works = s.works, b.length = s.length, b.lower = s.lower, b.upper = s.upper, b.kappa = kappa;
+  b.k = s.k, b.column = s.column, b.works = s.works, b.length = s.length, b.lower = s.lower, b.upper = s.upper;
   b.z = s.answer, b.target = s.z, b.trial = s.trial, b.releases = s.releases, b.side = s.side, b.outside = s.outside;
   b.masked = s.shapes, b.narrow = s.few;
   b.masked_column = s.masked_column, b.iterations = wide(1.0), b.condition = in.condition;
   for (int r = 0; r < M; ++r) b.dual[r] = in.dual[r], b.residual[r] = wide(0.0) * in.dual[r];
   for (int j = 0; j < s.k; ++j) s.length[j] = square_root(dot<M>(s.column[j], s.column[j]));
-  const Lanes found = solve_box<M>(b, s.rhs, where, kappa == wide(0.0));
+  const Lanes found = solve_box<M>(b, s.rhs, where, every_lane());
   for (int j = 0; j < s.k; ++j) {
     const int i = s.joint[j];
     const Wide rate = s.scale[j] * (b.z[j] + wide(0.0)), bound = select(b.side[j] > wide(0.0), p.upper[i], p.lower[i]);
@@ -115,8 +114,7 @@ inline STILLREACH_NOINLINE Lanes search_box(const LaneProblem& p, LaneSystem& s,
     const Wide answer = select((b.side[j] != wide(0.0)) & is_finite(bound), bound, free);
     out.rates[i] = select(s.works[j] & found, answer, out.rates[i]);
   }
-  out.damping = select(found, kappa, out.damping), out.iterations = select(found, b.iterations, out.iterations);
-  out.status |= flag(found & (kappa > wide(0.0)), DAMPED);
+  out.iterations = select(found, b.iterations, out.iterations);
   return found;
 }
 
@@ -149,7 +147,7 @@ inline Lanes finish_bounded(const LawSettings& law, const LaneProblem& p, LaneSy
   if (!any(search)) return good;
   good &= inside;
   if (!deep || law.kind != LawKind::LEAST_ERROR) return good;
-  return good | search_box<M>(p, s, search, wide(0.0), in, out);
+  return good | search_box<M>(p, s, search, in, out);
 }
 
 // Before solve_lanes(), where the bounds are new.

@@ -9,10 +9,10 @@ STILLREACH_BEGIN
 
 template <int M>
 struct LaneFactor {
-  Wide gram[M][M];     // lower triangle
-  Wide lower[M][M];    // strictly lower part of the unit triangle L
-  Wide inverse[M][M];  // of its inverse
-  Wide pivot_inverse[M];
+  Wide gram[kRows][kRows];     // lower triangle
+  Wide lower[kRows][kRows];    // strictly lower part of the unit triangle L
+  Wide inverse[kRows][kRows];  // of its inverse
+  Wide pivot_inverse[kRows];
   Wide trace, inverse_trace;
 };
 
@@ -20,13 +20,13 @@ template <int M>
 struct LaneInner {
   LaneFactor<M> factor;
   Wide condition;
-  Wide dual[M];
+  Wide dual[kRows];
 };
 
 // Rows FIRST to LAST - 1 of the Gram matrix: so few that their sums stay in registers.
 template <int M, int FIRST, int LAST>
 STILLREACH_INLINE void gram_rows(const Wide* const* column, int count, Wide kappa, LaneFactor<M>& f) {
-  Wide sum[LAST - FIRST][M];
+  Wide sum[4][kRows];
   STILLREACH_UNROLL for (int r = FIRST; r < LAST; ++r)
     STILLREACH_UNROLL for (int c = 0; c <= r; ++c) sum[r - FIRST][c] = wide(0.0);
   for (int i = 0; i < count; ++i) {
@@ -60,7 +60,7 @@ STILLREACH_INLINE Wide dot(const Wide* a, const Wide* b) {
 // residual = b - A z.
 template <int M>
 STILLREACH_INLINE void residual_of(const Wide* const* column, int count, const Wide* rhs, const Wide* z, Wide* residual) {
-  Wide sum[M];
+  Wide sum[kRows];
   STILLREACH_UNROLL for (int r = 0; r < M; ++r) sum[r] = rhs[r];
   for (int i = 0; i < count; ++i) {
     const Wide t = -z[i];
@@ -72,7 +72,7 @@ STILLREACH_INLINE void residual_of(const Wide* const* column, int count, const W
 // One refinement, in the lanes of `where`.
 template <int M>
 inline STILLREACH_NOINLINE void refine(const Wide* const* column, int count, const Wide* rhs, Wide kappa, Lanes where, Wide* z, LaneInner<M>& in) {
-  Wide error[M], change[M];
+  Wide error[kRows], change[kRows];
   residual_of<M>(column, count, rhs, z, error);
   for (int r = 0; r < M; ++r) error[r] = madd(-kappa, in.dual[r], error[r]);
   solve<M, Wide>(in.factor, error, change);

@@ -85,7 +85,7 @@ inline void find_working_joints(const LaneProblem& p, LaneSystem& s, Wide* rates
 // The twist less what the fixed joints do, weighted.
 template <int M>
 STILLREACH_INLINE void right_hand_side(const LaneProblem& p, LaneSystem& s) {
-  Wide raw[M];
+  Wide raw[kRows];
   STILLREACH_UNROLL for (int r = 0; r < M; ++r) raw[r] = p.twist[r];
   for (int i = 0; s.moves && i < p.n; ++i) {
     const Lanes moves = ~(p.lower[i] < p.upper[i]) & (p.lower[i] != wide(0.0));
@@ -163,7 +163,7 @@ inline Lanes report(const LaneProblem& p, const LaneSystem& s, bool with_residua
   STILLREACH_UNROLL for (int r = 0; r < M; ++r) out.residual[r] = p.twist[r];
   for (int i = 0; i < p.n; ++i)
     STILLREACH_UNROLL for (int r = 0; r < M; ++r) out.residual[r] = madd(p.jacobian[i * M + r], -out.rates[i], out.residual[r]);
-  Wide size = wide(0.0), weighted[M], sum = wide(0.0);
+  Wide size = wide(0.0), weighted[kRows], sum = wide(0.0);
   for (int r = 0; r < M; ++r) size = larger(size, magnitude(out.residual[r]));
   covered &= ~(drifts & (size > wide(kCompensated) * drift));  // whether the tool could be held still is for the single tick
   apply_rows<M>(p.metric.rows, out.residual, weighted);

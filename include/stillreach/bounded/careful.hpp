@@ -11,7 +11,7 @@ STILLREACH_BEGIN
 constexpr int kCarefulReleases = 12;
 
 // Takes out of v what lies along the `count` orthonormal vectors, twice, because once leaves rounding.
-template <int M, int Length>
+template <int M, std::size_t Length>
 inline void make_orthogonal(Rows<M> m, const double (*vectors)[Length], int count, double* v) {
   for (int pass = 0; pass < 2; ++pass)
     for (int j = 0; j < count; ++j) {

@@ -17,7 +17,7 @@ inline void set_fault(ControllerState& c, int joint, const Fault& fault) {
   if (c.closing) c.closing[joint] = 0;  // a fault goes before an acceleration limit
   if (!(c.transition_rate > 0.0)) return;
   c.transition = 1.0;
-  STILLREACH_LIBRARY(memcpy)(c.anchor, c.last, sizeof(double) * c.arm.n);
+  STILLREACH_LIBRARY(memcpy)(c.anchor, c.last, sizeof(double) * to_size(c.arm.n));
 }
 
 // The reference rates: null motion, return from outside the positions allowed, and after a fault the last rates.
@@ -79,7 +79,7 @@ inline void brake(ControllerState& c, const double* q, Answer& out) {
 inline void evaluate(ControllerState& c, const double* q, const double* twist, const double* target, Workspace& w, Answer& out) {
   const int n = c.arm.n;
   double doubt = doubt_in(q, n) + doubt_in(twist, 6) + (target ? doubt_in(target, 12) : 0.0);
-  STILLREACH_LIBRARY(memcpy)(out.active, c.active, n);
+  STILLREACH_LIBRARY(memcpy)(out.active, c.active, to_size(n));
   out.multiplier = &c.multiplier;
   if (doubt == 0.0) {
     arm_kinematics(c.arm, q, c.scratch, c.pose, c.jacobian);
@@ -118,8 +118,8 @@ inline void evaluate(ControllerState& c, const double* q, const double* twist, c
 
 // Remembers what was commanded: the base of acceleration limits, warm starts and transitions.
 inline void commit(ControllerState& c, const double* rates, const std::int8_t* active) {
-  STILLREACH_LIBRARY(memcpy)(c.last, rates, sizeof(double) * c.arm.n);
-  STILLREACH_LIBRARY(memcpy)(c.active, active, c.arm.n);
+  STILLREACH_LIBRARY(memcpy)(c.last, rates, sizeof(double) * to_size(c.arm.n));
+  STILLREACH_LIBRARY(memcpy)(c.active, active, to_size(c.arm.n));
   c.transition = c.transition > 0.0 ? larger(c.transition - c.period * c.transition_rate, 0.0) : 0.0;
 }
 

@@ -50,7 +50,7 @@ inline void manipulability_gradient(Rows<M> m, const ControllerState& c, const d
         weighted[r] = y[r] * scale;
         continue;
       }
-      for (int q = r; q < m(); ++q) weighted[q] = madd(c.metric.rows[r * m() + q], y[r] * scale, weighted[q]);
+      for (int s = r; s < m(); ++s) weighted[s] = madd(c.metric.rows[r * m() + s], y[r] * scale, weighted[s]);
     }
     rows_to_base(m, c, weighted, force + 6 * j);
     cross_add(c.jacobian + 6 * i, force + 6 * j, total);

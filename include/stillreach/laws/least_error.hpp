@@ -22,7 +22,7 @@ inline void pull_reference(const Problem& p, const System& s, const double* rate
     any = true;
     for (int j = 0; j < s.k; ++j) {
       const int i = w.joint[j];
-      w.target[j] -= p.metric.joints[static_cast<std::size_t>(i) * p.n + f] * off;
+      w.target[j] -= p.metric.joints[std::ptrdiff_t{i} * p.n + f] * off;
     }
   }
   if (!any) return;

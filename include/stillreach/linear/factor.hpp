@@ -58,7 +58,7 @@ STILLREACH_INLINE void gram(Rows<M> m, const double* columns, const int* index, 
 // Factors f.gram. Returns a proven upper bound of its condition number, infinity where it is not positive (or not a number).
 template <int M, class T, class F>
 STILLREACH_INLINE T factor(F& f) {
-  T w[M][M], trace = fill<T>(0.0), inverse_trace = fill<T>(0.0);
+  T w[kRows][kRows], trace = fill<T>(0.0), inverse_trace = fill<T>(0.0);
   auto& l = f.lower;
   auto positive = trace == trace;
   STILLREACH_UNROLL for (int j = 0; j < M; ++j) {
@@ -90,7 +90,7 @@ STILLREACH_INLINE T factor(F& f) {
 // x = G^-1 b: two products with the inverse triangle. x and b may be the same.
 template <int M, class T, class F>
 STILLREACH_INLINE void solve(const F& f, const T* b, T* x) {
-  T y[M];
+  T y[kRows];
   STILLREACH_UNROLL for (int i = 0; i < M; ++i) {
     T sum = b[i];
     STILLREACH_UNROLL for (int k = 0; k < i; ++k) sum = madd(f.inverse[i][k], b[k], sum);

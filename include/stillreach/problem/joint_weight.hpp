@@ -24,7 +24,7 @@ inline void exchange_joints(int a, int b, int k, int factored, Workspace& w) {
 // w.triangle: L (row-major, k x k), with the identity behind the weighted directions, whose number is returned. The working
 // joints are put in the order of the pivots.
 inline int factor_joint_weight(const Problem& p, int k, Workspace& w) {
-  const auto weight = [&](int i, int j) { return p.metric.joints[static_cast<std::size_t>(w.joint[i]) * p.n + w.joint[j]]; };
+  const auto weight = [&](int i, int j) { return p.metric.joints[std::ptrdiff_t{w.joint[i]} * p.n + w.joint[j]]; };
   double *L = w.triangle, *left = w.target;
   for (int i = 0; i < k; ++i) left[i] = weight(i, i);
   for (int j = 0; j < k; ++j) {
@@ -121,7 +121,7 @@ inline bool weight_offset(Rows<M> m, const Problem& p, const double* rates, cons
     any = true;
     for (int j = 0; j < s.k; ++j) {
       const int i = w.joint[j];
-      w.offset[j] -= p.metric.joints[static_cast<std::size_t>(i) * p.n + f] * (rates[f] / p.metric.units[f] / unit);
+      w.offset[j] -= p.metric.joints[std::ptrdiff_t{i} * p.n + f] * (rates[f] / p.metric.units[f] / unit);
     }
   }
   if (!any) return false;

@@ -57,7 +57,7 @@ inline void find_working_joints(const Problem& p, const std::int8_t* held, Works
 // The full joint weight of the working joints: k x k, row-major, into w.weight. Scaled rates are in joint units already.
 inline void gather_joint_weight(const Problem& p, int k, Workspace& w) {
   for (int i = 0; i < k; ++i)
-    for (int j = 0; j < k; ++j) w.weight[i * k + j] = p.metric.joints[static_cast<std::size_t>(w.joint[i]) * p.n + w.joint[j]];
+    for (int j = 0; j < k; ++j) w.weight[i * k + j] = p.metric.joints[std::ptrdiff_t{w.joint[i]} * p.n + w.joint[j]];
 }
 
 // Cholesky factor (lower, row-major, count x count) of the rows and columns `index` (null: all) of the k x k `weight`.
@@ -91,7 +91,7 @@ constexpr double kEndless = 2.0;  // [rad/s, m/s] what a joint without a rate li
 struct TypicalRate {
   double largest = 0.0, second = 0.0;
   STILLREACH_INLINE void add(const Metric& metric, int n, int i, double limit) {
-    const double own = metric.joints ? square_root(metric.joints[static_cast<std::size_t>(i) * n + i]) : 1.0;
+    const double own = metric.joints ? square_root(metric.joints[std::ptrdiff_t{i} * n + i]) : 1.0;
     const double rate = (limit < infinity() ? limit : kEndless) * own / (metric.columns ? metric.columns[i] : 1.0);
     second = larger(second, smaller(largest, rate)), largest = larger(largest, rate);
   }
