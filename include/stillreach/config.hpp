@@ -49,7 +49,7 @@ using int32_t = int;
 #define STILLREACH_NAMESPACE STILLREACH_ISA
 #endif
 
-// Clang remarks at each call that the ABI for passing packs depends on the instruction set; such calls are inlined.
+// Clang warns at each call that the ABI for passing packs depends on the instruction set; such calls are inlined.
 #if defined(__clang__) && !defined(__CUDACC__)
 #define STILLREACH_QUIET _Pragma("clang diagnostic push") _Pragma("clang diagnostic ignored \"-Wpsabi\"")
 #define STILLREACH_AS_BEFORE _Pragma("clang diagnostic pop")
