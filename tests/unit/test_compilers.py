@@ -21,7 +21,7 @@ ARM = (
     f"-DCMAKE_CXX_COMPILER={ARM_COMPILER}",
     f"-DCMAKE_CROSSCOMPILING_EMULATOR={QEMU};-L;{ARM_LIBRARIES}",
 )
-LIGHT_TESTS = ("test_allocation", "test_kinematics", "test_laws", "test_tick")
+LIGHT_TESTS = tuple(f"test_{name}" for name in ("allocation", "batch", "kinematics", "laws", "rollout", "tick"))
 
 pytestmark = [
     pytest.mark.timeout(1800),
