@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from stillreach import insight as insight
     from stillreach import null_motions as null_motions
     from stillreach._core import Solution as Solution
+    from stillreach._cpp import get_cmake_dir as get_cmake_dir
+    from stillreach._cpp import get_include as get_include
     from stillreach.arm import *
     from stillreach.batch import *
     from stillreach.bounds import *
@@ -30,7 +32,13 @@ if TYPE_CHECKING:
 
 # Names are imported on first use: `stillreach --version` needs none of them, nor NumPy.
 _MODULES = ("arms", "errors", "insight", "null_motions")
-_SINGLE = {"InputError": "errors", "StillreachError": "errors", "Solution": "_core"}
+_SINGLE = {
+    "InputError": "errors",
+    "StillreachError": "errors",
+    "Solution": "_core",
+    "get_cmake_dir": "_cpp",
+    "get_include": "_cpp",
+}
 _WHOLE = ("status", "arm", "bounds", "faults", "task", "laws", "batch", "rollouts", "control", "simulation")
 """Modules whose ``__all__`` is public here, those that need least first."""
 

@@ -4,7 +4,7 @@
 
 #include "kernels.hpp"
 
-const stillreach::Kernel& stillreach_kernel_baseline() {
+const stillreach::Kernel& stillreach::kernel_baseline() {
   std::puts("skipped: this build is for processors with AVX2");
   std::exit(77);
 }
