@@ -1,5 +1,7 @@
 """Simulation: a Scenario in, a Run out."""
 
+from stillreach.simulation.comparison import Comparison as Comparison
+from stillreach.simulation.comparison import compare
 from stillreach.simulation.motion import ConstantTwist, Wait
 from stillreach.simulation.pose_table import PoseTable
 from stillreach.simulation.run import Run
@@ -7,6 +9,7 @@ from stillreach.simulation.scenario import Scenario
 from stillreach.simulation.scenario_file import scenario_names, scenario_schema
 from stillreach.simulation.shapes import Circle, Line, Waypoints
 from stillreach.simulation.simulator import simulate
+from stillreach.simulation.summary import Summary as Summary
 
 __all__ = [
     "Circle",
@@ -17,6 +20,7 @@ __all__ = [
     "Scenario",
     "Wait",
     "Waypoints",
+    "compare",
     "scenario_names",
     "scenario_schema",
     "simulate",
