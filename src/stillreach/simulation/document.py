@@ -5,23 +5,22 @@ from __future__ import annotations
 import inspect
 import json
 import math
-import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NoReturn
 
 import numpy as np
 
 from stillreach import _door
+from stillreach._kinds import by_word
 from stillreach.arm import Arm, Follower, Joint
 from stillreach.errors import InputError
-from stillreach.faults import Confined, Derated, Fault, Locked, OneWay, Runaway
-from stillreach.laws import KeepDirection, LeastError, Pseudoinverse, SingularityRobust
-from stillreach.null_motions import Centring, Gradient, Manipulability, NullMotion, Posture, Rates
-from stillreach.simulation.motion import ConstantTwist
-from stillreach.simulation.pose_table import PoseTable
+from stillreach.faults import FAULTS, Fault
+from stillreach.laws import LAWS
+from stillreach.null_motions import NULL_MOTIONS, NullMotion
+from stillreach.simulation.motion import MOTIONS
 from stillreach.simulation.scenario import Scenario
-from stillreach.simulation.shapes import Circle, Line, Waypoints
+from stillreach.simulation.shapes import Waypoints
 from stillreach.task import Task, Weights
 
 FORMAT = 1
@@ -30,20 +29,7 @@ PYTHON = "python"
 """Kind of what only Python can hold: a function. Its name stands in its place."""
 
 
-def kind_word(kind: type) -> str:
-    """The word for a class: ``keep-direction`` for KeepDirection."""
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", "-", kind.__name__).lower()
-
-
-KINDS: dict[str, Callable[..., Any]] = {
-    kind_word(kind): kind
-    for kind in (
-        *(KeepDirection, LeastError, Pseudoinverse, SingularityRobust),
-        *(Locked, Derated, Runaway, Confined, OneWay),
-        *(ConstantTwist, Line, Circle, Waypoints, PoseTable),
-        *(Posture, Centring, Manipulability, Gradient, Rates),
-    )
-}
+KINDS = by_word([*LAWS, *FAULTS, *MOTIONS, *NULL_MOTIONS])
 """Every law, fault, motion and null motion that a document can hold."""
 PARTS = (Arm, Joint, Follower, Task, Weights, Fault)
 """What else it is made of; their place says which they are."""
@@ -133,7 +119,7 @@ def _data(value: Any) -> Any:
     if isinstance(value, PARTS):
         return _settings(value)
     if type(value) in KINDS.values():
-        return {"kind": kind_word(type(value)), **_settings(value)}
+        return {"kind": value.word, **_settings(value)}
     if inspect.isroutine(value) or isinstance(value, NotStored):
         return {"kind": PYTHON, "name": value.__qualname__}
     raise InputError("scenario", _door.describe(value), f"what a record can hold: {', '.join(KINDS)}, or a function")
@@ -189,4 +175,5 @@ def _of_kind(data: dict[str, Any]) -> Any:
     kind = settings.pop("kind")
     if kind == PYTHON:
         return NotStored(_door.text("name", settings["name"]))
-    return KINDS[kind](**settings)
+    made: Any = KINDS[kind]
+    return made(**settings)
