@@ -143,8 +143,8 @@ struct Robot {
     answer.active = active.data();
   }
 
-  void fail(int joint, stillreach::Health kind = stillreach::Health::LOCKED, double value = 0.0) {
-    kernel().set_fault(state, joint, {kind, {value, 0.0}});
+  void fail(int joint, stillreach::Health kind = stillreach::Health::LOCKED, double first = 0.0, double second = 0.0) {
+    kernel().set_fault(state, joint, {kind, {first, second}});
   }
   void restore(int joint) { fail(joint, stillreach::Health::HEALTHY); }
 

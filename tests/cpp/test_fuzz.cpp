@@ -339,7 +339,7 @@ static void rollout_case() {
 
 int main(int argc, char** argv) {
   const char* full = std::getenv("STILLREACH_FULL");
-  const double seconds = full && *full ? 60.0 : argc > 1 ? std::atof(argv[1]) : 1.0;
+  const double seconds = full && *full ? 60.0 : argc > 1 ? std::atof(argv[1]) : 5.0;
   if (argc > 2) rng = Random(std::strtoull(argv[2], nullptr, 10));
   const std::clock_t end = std::clock() + static_cast<std::clock_t>(seconds * CLOCKS_PER_SEC);
   long cases = 0;

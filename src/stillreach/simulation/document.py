@@ -12,7 +12,6 @@ from typing import Any, NoReturn
 import numpy as np
 
 from stillreach import _door
-from stillreach._kinds import by_word
 from stillreach.arm import Arm, Follower, Joint
 from stillreach.errors import InputError
 from stillreach.faults import FAULTS, Fault
@@ -27,9 +26,7 @@ FORMAT = 1
 """Of the document; one of another format is refused."""
 PYTHON = "python"
 """Kind of what only Python can hold: a function. Its name stands in its place."""
-
-
-KINDS = by_word([*LAWS, *FAULTS, *MOTIONS, *NULL_MOTIONS])
+KINDS: dict[str, Any] = {kind.word: kind for kind in (*LAWS, *FAULTS, *MOTIONS, *NULL_MOTIONS)}
 """Every law, fault, motion and null motion that a document can hold."""
 PARTS = (Arm, Joint, Follower, Task, Weights, Fault)
 """What else it is made of; their place says which they are."""
@@ -175,5 +172,4 @@ def _of_kind(data: dict[str, Any]) -> Any:
     kind = settings.pop("kind")
     if kind == PYTHON:
         return NotStored(_door.text("name", settings["name"]))
-    made: Any = KINDS[kind]
-    return made(**settings)
+    return KINDS[kind](**settings)

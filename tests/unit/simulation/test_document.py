@@ -178,7 +178,7 @@ def test_a_law_of_ones_own_is_refused_before_a_file_is_made(tmp_path):
     run = sr.simulate(scenario(law=OwnLaw()))
     for name in ("run.nc", "run.npz"):
         with pytest.raises(
-            sr.InputError, match=r"OwnLaw.*expected what a record can hold: keep-direction, least-error"
+            sr.InputError, match=r"OwnLaw.*expected what a record can hold: least-error, keep-direction"
         ):
             run.save(tmp_path / name)
     assert list(tmp_path.iterdir()) == []
