@@ -9,6 +9,7 @@ CMAKE := PATH="$(CURDIR)/$(BIN):$$PATH" cmake
 SHARED := -C build-dir=build/cpp -C build.targets=_core_stub -C cmake.define.STILLREACH_PYTHON=ON
 SOURCES := $(shell find src include bindings dispatch cmake -name __pycache__ -prune -o -print) CMakeLists.txt pyproject.toml LICENSE README.md
 LINTED := $(wildcard src tests examples bench scripts docs conanfile.py)
+CPP_LINTED := $(shell find include bindings dispatch tests bench -name "*.?pp" -o -name "*.cu")
 
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
@@ -34,12 +35,14 @@ cpp-test: $(STAMPS)/wheel  ## C++ tests, plain and under the address and undefin
 	$(CMAKE) --build build/cpp-sanitize
 	cd build/cpp-sanitize && ctest --no-tests=error --output-on-failure -j $(JOBS)
 
-lint: dev  ## ruff and mypy
+lint: dev  ## ruff, mypy and clang-format
+	$(BIN)/clang-format --dry-run -Werror $(CPP_LINTED)
 	$(BIN)/ruff check $(LINTED)
 	$(BIN)/ruff format --check $(LINTED)
 	$(BIN)/mypy
 
-format: $(STAMPS)/test  ## let ruff put the Python files in order
+format: $(STAMPS)/test  ## let ruff put the Python files in order, and clang-format those of C++
+	$(BIN)/clang-format -i $(CPP_LINTED)
 	$(BIN)/ruff check --fix $(LINTED)
 	$(BIN)/ruff format $(LINTED)
 

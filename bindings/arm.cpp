@@ -60,7 +60,8 @@ static nb::object kinematics(const Arm& arm, nb::handle q, bool want_jacobian) {
   nb::object out = new_array(want_jacobian ? nb::object(nb::make_tuple(count, 6, n)) : nb::object(nb::make_tuple(count, 4, 4)));
   View to = strict("out", out, {count, want_jacobian ? 6 : 4, want_jacobian ? n : 4}, true);
   stillreach::KinematicsBatch b{};
-  b.arm = arm.view(), b.q = rows.data();
+  b.arm = arm.view();
+  b.q = rows.data();
   (want_jacobian ? b.jacobian : b.pose) = to.data();
   each_row(b, count);
   return out;
@@ -72,14 +73,19 @@ static nb::object spectra(const Arm& arm, nb::handle q, const Metric& metric, nb
   View rows = strict("q", q, {-1, arm.n}, false);
   const long count = rows.size(0);
   stillreach::KinematicsBatch b{};
-  b.arm = arm.view(), b.q = rows.data(), b.metric = metric.data->view(), b.m = metric.data->m, b.tool_axes = tool_axes;
+  b.arm = arm.view();
+  b.q = rows.data();
+  b.metric = metric.data->view();
+  b.m = metric.data->m;
+  b.tool_axes = tool_axes;
   int r = 0;
   for (nb::handle row : task_rows)
     if (r < 6) b.rows[r++] = nb::cast<int>(row);
   std::vector<int> chosen;
   for (nb::handle joint : joints) chosen.push_back(nb::cast<int>(joint));
   if (r != b.m || metric.data->n != arm.n) refuse("metric", std::to_string(metric.data->n) + " joints", std::to_string(arm.n));
-  b.joints = chosen.data(), b.count = static_cast<int>(chosen.size());
+  b.joints = chosen.data();
+  b.count = static_cast<int>(chosen.size());
   nb::object out = new_array(product ? nb::object(nb::make_tuple(count)) : nb::object(nb::make_tuple(count, std::min(b.m, b.count))));
   View to;
   to.open(out);

@@ -7,7 +7,9 @@
 void Controller::take_next() {
   const std::unique_ptr<NullMotion> taken = std::move(next);
   std::copy_n(taken->vector.data(), n(), const_cast<double*>(state.null_vector));
-  state.null_kind = taken->kind, state.null_gain = taken->gain, state.null_largest = taken->largest;
+  state.null_kind = taken->kind;
+  state.null_gain = taken->gain;
+  state.null_largest = taken->largest;
   std::swap(gradient, taken->gradient);  // the old one ends with `taken`, and may run Python code then
 }
 
@@ -25,7 +27,8 @@ bool Controller::update_gradient(const double* q, bool raise) {
   } catch (nb::python_error& error) {
     if (raise || !error.matches(PyExc_Exception) || error.matches(PyExc_KeyboardInterrupt)) throw;
     error.discard_as_unraisable("stillreach: the null motion's gradient");
-    read->assign(to_size(n()), 0.0), fine = false;
+    read->assign(to_size(n()), 0.0);
+    fine = false;
   }
   // A tick inside the gradient may have brought another null motion, whose numbers these are not.
   if (gradient.is(called)) std::copy_n(read->data(), n(), const_cast<double*>(state.null_vector));
@@ -37,31 +40,63 @@ static void make_controller(Controller* self, const Arm& arm, const Law& law, co
                             double track_gain) {
   new (self) Controller();
   Controller& c = *self;
-  c.arm = arm, c.metric = metric.data, c.labels = nb::borrow(labels);
+  c.arm = arm;
+  c.metric = metric.data;
+  c.labels = nb::borrow(labels);
   const int n = arm.n, m = static_cast<int>(nb::len(rows));
   stillreach::ControllerState& s = c.state;
-  s.arm = c.arm.view(), s.law = law.settings, s.metric = c.metric->view(), s.m = m;
-  s.every_row = m == 6 && !tool_axes, s.tool_axes = tool_axes;
-  for (int r = 0; r < m; ++r) s.rows[r] = nb::cast<int>(rows[r]), s.every_row = s.every_row && s.rows[r] == r;
-  s.period = period, s.return_rate = return_rate, s.transition_rate = transition_rate;
-  s.track_gain = track_gain, s.track_linear = s.track_angular = std::numeric_limits<double>::infinity();
-  s.null_kind = stillreach::NullMotionKind::NONE, s.null_largest = std::numeric_limits<double>::infinity();
+  s.arm = c.arm.view();
+  s.law = law.settings;
+  s.metric = c.metric->view();
+  s.m = m;
+  s.every_row = m == 6 && !tool_axes;
+  s.tool_axes = tool_axes;
+  for (int r = 0; r < m; ++r) {
+    s.rows[r] = nb::cast<int>(rows[r]);
+    s.every_row = s.every_row && s.rows[r] == r;
+  }
+  s.period = period;
+  s.return_rate = return_rate;
+  s.transition_rate = transition_rate;
+  s.track_gain = track_gain;
+  s.track_linear = s.track_angular = std::numeric_limits<double>::infinity();
+  s.null_kind = stillreach::NullMotionKind::NONE;
+  s.null_largest = std::numeric_limits<double>::infinity();
 
-  c.numbers.assign(33 * to_size(n), 0.0), c.bytes.assign(5 * to_size(n), 0);
+  c.numbers.assign(33 * to_size(n), 0.0);
+  c.bytes.assign(5 * to_size(n), 0);
   double* at = c.numbers.data();
   const auto take = [&](int times) { double* p = at; at += times * n; return p; };
-  s.rate_lower = take(1), s.rate_upper = take(1), s.position_lower = take(1), s.position_upper = take(1), s.acceleration = take(1);
-  s.null_vector = take(1), s.last = take(1), s.anchor = take(1), s.lower = take(1), s.upper = take(1), s.reference = take(1);
-  s.task_jacobian = s.every_row ? nullptr : take(6), s.scratch = take(10), s.jacobian = take(6);
+  s.rate_lower = take(1);
+  s.rate_upper = take(1);
+  s.position_lower = take(1);
+  s.position_upper = take(1);
+  s.acceleration = take(1);
+  s.null_vector = take(1);
+  s.last = take(1);
+  s.anchor = take(1);
+  s.lower = take(1);
+  s.upper = take(1);
+  s.reference = take(1);
+  s.task_jacobian = s.every_row ? nullptr : take(6);
+  s.scratch = take(10);
+  s.jacobian = take(6);
   if (s.every_row) s.task_jacobian = s.jacobian;
-  c.faults.assign(to_size(n), {}), s.faults = c.faults.data();
-  s.active = c.bytes.data(), s.lower_reason = s.active + n, s.upper_reason = s.lower_reason + n;
+  c.faults.assign(to_size(n), {});
+  s.faults = c.faults.data();
+  s.active = c.bytes.data();
+  s.lower_reason = s.active + n;
+  s.upper_reason = s.lower_reason + n;
   s.closing = s.upper_reason + n;
   std::int8_t* const turns = s.closing + n;
   for (int i = 0; i < n; ++i) turns[i] = nb::cast<bool>(rotary[i]);
   s.rotary = turns;
-  c.rates.assign(to_size(n), 0.0), c.residual.assign(6, 0.0), c.active.assign(to_size(n), 0);
-  c.answer.rates = c.rates.data(), c.answer.residual = c.residual.data(), c.answer.active = c.active.data();
+  c.rates.assign(to_size(n), 0.0);
+  c.residual.assign(6, 0.0);
+  c.active.assign(to_size(n), 0);
+  c.answer.rates = c.rates.data();
+  c.answer.residual = c.residual.data();
+  c.answer.active = c.active.data();
   c.scratch.fit(n, !c.metric->joints.empty());
 }
 
@@ -71,24 +106,37 @@ static void set_limits(Controller& c, nb::handle rate_lower, nb::handle rate_upp
   const int n = c.n();
   stillreach::ControllerState& s = c.state;
   const auto copy = [&](nb::handle from, const double* to) { read_vector("limits", from, n, const_cast<double*>(to), false); };
-  copy(rate_lower, s.rate_lower), copy(rate_upper, s.rate_upper), copy(acceleration, s.acceleration);
-  copy(position_lower, s.position_lower), copy(position_upper, s.position_upper);
-  s.speed = speed, s.constant_bounds = 1, s.bounds_stand = 0;
+  copy(rate_lower, s.rate_lower);
+  copy(rate_upper, s.rate_upper);
+  copy(acceleration, s.acceleration);
+  copy(position_lower, s.position_lower);
+  copy(position_upper, s.position_upper);
+  s.speed = speed;
+  s.constant_bounds = 1;
+  s.bounds_stand = 0;
   for (int i = 0; i < n; ++i) {
     s.constant_bounds &= std::isinf(s.position_lower[i]) && std::isinf(s.position_upper[i]) && std::isinf(s.acceleration[i]);
     s.closing[i] = static_cast<std::int8_t>(s.closing[i] | closing);
   }
 }
 
-static void set_track_limits(Controller& c, double linear, double angular) { c.state.track_linear = linear, c.state.track_angular = angular; }
+static void set_track_limits(Controller& c, double linear, double angular) { c.state.track_linear = linear; c.state.track_angular = angular; }
 
 // What the controller did and what is broken, for a copy of it.
 template <class Visit>
 static void each_memory(stillreach::ControllerState& s, int n, Visit visit) {
-  for (int i = 0; i < n; ++i) visit(&s.faults[i].health, 1), visit(s.faults[i].number, 2);
-  visit(s.last, n), visit(s.anchor, n), visit(&s.transition, 1);
-  visit(s.multiplier.u, 6), visit(s.multiplier.kappa, stillreach::kParts), visit(&s.multiplier.known, 1);
-  visit(s.active, n), visit(s.closing, n);
+  for (int i = 0; i < n; ++i) {
+    visit(&s.faults[i].health, 1);
+    visit(s.faults[i].number, 2);
+  }
+  visit(s.last, n);
+  visit(s.anchor, n);
+  visit(&s.transition, 1);
+  visit(s.multiplier.u, 6);
+  visit(s.multiplier.kappa, stillreach::kParts);
+  visit(&s.multiplier.known, 1);
+  visit(s.active, n);
+  visit(s.closing, n);
 }
 
 static nb::bytes get_state(Controller& c) {
@@ -104,7 +152,7 @@ static void set_state(Controller& c, nb::bytes state) {
   each_memory(c.state, n, [&](auto* to, int count) { wanted += sizeof *to * to_size(count); });
   if (state.size() != wanted) refuse("state", std::to_string(state.size()) + " bytes", std::to_string(wanted) + " bytes");
   const char* at = static_cast<const char*>(state.data());
-  const auto take = [&](auto* to, int count) { std::memcpy(to, at, sizeof *to * to_size(count)), at += sizeof *to * to_size(count); };
+  const auto take = [&](auto* to, int count) { std::memcpy(to, at, sizeof *to * to_size(count)); at += sizeof *to * to_size(count); };
   each_memory(c.state, n, take);
   c.state.bounds_stand = 0;
 }
@@ -113,12 +161,18 @@ static void set_state(Controller& c, nb::bytes state) {
 static Solution solution_of_tick(Controller& c, const double* q, const double* twist, const double* target, double period, nb::handle out) {
   const int n = c.n(), m = c.state.m;
   Solution s;
-  s.metric = c.metric, s.m = m, s.n = n, s.rank_tolerance = c.state.law.rank_tolerance;
+  s.metric = c.metric;
+  s.m = m;
+  s.n = n;
+  s.rank_tolerance = c.state.law.rank_tolerance;
   s.make_room();
   s.rates = out.is_none() ? new_vector(n) : nb::borrow(out);
   View view;
   double* to = numpy_vector(s.rates, n, true);
-  if (!to) view = strict("out", s.rates, {n}, true), to = view.data();
+  if (!to) {
+    view = strict("out", s.rates, {n}, true);
+    to = view.data();
+  }
   c.run(q, twist, target, period);
   std::copy_n(c.rates.data(), n, to);
   std::copy_n(c.state.task_jacobian, m * n, s.jacobian());
@@ -128,7 +182,10 @@ static Solution solution_of_tick(Controller& c, const double* q, const double* t
   std::copy_n(c.residual.data(), m, s.residual());
   std::int8_t* const reasons = s.reasons();
   for (int i = 0; i < n; ++i) reasons[i] = stillreach::active_reason(c.answer.active[i], c.state.lower_reason[i], c.state.upper_reason[i]);
-  s.status = c.answer.status, s.iterations = c.answer.iterations, s.damping = c.answer.damping, s.scale = c.answer.scale;
+  s.status = c.answer.status;
+  s.iterations = c.answer.iterations;
+  s.damping = c.answer.damping;
+  s.scale = c.answer.scale;
   s.task_error = c.answer.task_error;
   s.set_multiplier(c.state.multiplier);
   return s;
@@ -231,9 +288,13 @@ static nb::object bind(nb::pointer_and_handle<Controller> self, nb::handle q, nb
   b->views[2] = strict("rates", rates, {c.n()}, true);
   if (!target.is_none()) b->views[3] = strict("target", target, {4, 4}, false);
   if (!period.is_none()) b->views[4] = strict("period", period, {1}, false);
-  b->q = b->views[0].data(), b->twist = b->views[1].data(), b->rates = b->views[2].data();
-  b->target = target.is_none() ? nullptr : b->views[3].data(), b->period = period.is_none() ? nullptr : b->views[4].data();
-  b->controller = nb::borrow(self.h), b->c = &c;
+  b->q = b->views[0].data();
+  b->twist = b->views[1].data();
+  b->rates = b->views[2].data();
+  b->target = target.is_none() ? nullptr : b->views[3].data();
+  b->period = period.is_none() ? nullptr : b->views[4].data();
+  b->controller = nb::borrow(self.h);
+  b->c = &c;
   PyObject* const function = PyCFunction_NewEx(&method, owner.ptr(), nullptr);
   if (!function) nb::raise_python_error();
   return nb::steal(function);
@@ -306,7 +367,10 @@ static void reset(Controller& c, nb::handle rates) {
 
 static void set_null_motion(Controller& c, stillreach::NullMotionKind kind, double gain, double largest, nb::handle vector, nb::handle gradient) {
   auto next = std::make_unique<NullMotion>();
-  next->kind = kind, next->gain = gain, next->largest = largest, next->vector.assign(to_size(c.n()), 0.0);
+  next->kind = kind;
+  next->gain = gain;
+  next->largest = largest;
+  next->vector.assign(to_size(c.n()), 0.0);
   if (!vector.is_none()) read_vector("null_motion", vector, c.n(), next->vector.data());
   if (!gradient.is_none()) next->gradient = nb::borrow(gradient);
   std::swap(c.next, next);

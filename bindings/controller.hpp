@@ -31,9 +31,13 @@ struct Controller {
   // period: [s] of this tick alone, 0 for the controller's own.
   void run(const double* q, const double* twist, const double* target, double period) {
     const double own = state.period;
-    if (period > 0.0) state.period = period, state.uneven = 1;
+    if (period > 0.0) {
+      state.period = period;
+      state.uneven = 1;
+    }
     kernel().tick(state, q, twist, target, scratch.memory(), answer);
-    state.period = own, state.uneven = 0;
+    state.period = own;
+    state.uneven = 0;
   }
   // Called before each tick: takes over a null motion that was set meanwhile, and evaluates its gradient at q. False, with
   // the null motion off for this tick, where the gradient failed and `raise` is false; what is no Exception, such as

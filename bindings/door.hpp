@@ -31,7 +31,8 @@ class View {
   View& operator=(const View&) = delete;
   View& operator=(View&& other) noexcept {
     if (open_) PyBuffer_Release(&buffer_);
-    buffer_ = other.buffer_, open_ = std::exchange(other.open_, false);
+    buffer_ = other.buffer_;
+    open_ = std::exchange(other.open_, false);
     return *this;
   }
   ~View() {
@@ -101,7 +102,10 @@ inline View strict(const char* argument, nb::handle object, std::initializer_lis
   if (!view.open(object)) refuse(argument, describe(object), wanted());
   bool fits = view.ndim() == static_cast<int>(shape.size());
   int axis = 0;
-  for (long s : shape) fits = fits && (s < 0 || view.size(axis) == s), ++axis;
+  for (long s : shape) {
+    fits = fits && (s < 0 || view.size(axis) == s);
+    ++axis;
+  }
   if (!fits || !view.is_double()) refuse(argument, describe(object), wanted());
   if (!view.is_contiguous() || !view.is_aligned()) refuse(argument, describe(object) + ", not contiguous", wanted());
   if (writable && !view.is_writable()) refuse(argument, describe(object) + ", read-only", wanted());
@@ -156,7 +160,8 @@ inline nb::object new_vector(long length) {
         void** table = static_cast<void**>(PyCapsule_GetPointer(api.ptr(), nullptr));
         if (!table) nb::raise_python_error();
         if (table[2] != numpy.attr("ndarray").ptr()) return;
-        array = static_cast<PyTypeObject*>(table[2]), make = reinterpret_cast<New>(table[93]);
+        array = static_cast<PyTypeObject*>(table[2]);
+        make = reinterpret_cast<New>(table[93]);
         const nb::object sample = vector(3);
         if (!sample.is_valid() || !numpy_vector(sample, 3, true)) make = nullptr;
       } catch (nb::python_error&) {

@@ -5,7 +5,8 @@
 
 static Metric make_metric(int m, int n, nb::handle rows, nb::handle units, nb::handle columns, nb::handle joints) {
   auto data = std::make_shared<MetricData>();
-  data->m = m, data->n = n;
+  data->m = m;
+  data->n = n;
   const auto copy = [](const char* name, nb::handle from, std::initializer_list<long> shape, std::vector<double>& to) {
     if (from.is_none()) return;
     const View view = strict(name, from, shape, false);

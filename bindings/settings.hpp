@@ -40,7 +40,8 @@ struct Scratch {
       if (memory.size() < wanted) memory.resize(wanted);
     };
     grow(doubles, kernel().workspace_doubles(n, full_joint_weight));
-    grow(ints, kernel().workspace_ints(n)), grow(bytes, kernel().workspace_bytes(n));
+    grow(ints, kernel().workspace_ints(n));
+    grow(bytes, kernel().workspace_bytes(n));
   }
   stillreach::Memory memory() { return {doubles.data(), ints.data(), bytes.data()}; }
 };
@@ -63,7 +64,9 @@ struct Arm {
   stillreach::ArmView view() const {
     coupling = {static_cast<int>(leaders.size()), leaders.data(), factors.data(), offsets.data()};
     stillreach::ArmView arm = chain;
-    arm.n = n, arm.links = links.data(), arm.coupling = leaders.empty() ? nullptr : &coupling;
+    arm.n = n;
+    arm.links = links.data();
+    arm.coupling = leaders.empty() ? nullptr : &coupling;
     return arm;
   }
 };

@@ -62,16 +62,23 @@ static void set_state(Solution& to, nb::tuple state) {
   Solution s;
   int at = 0;
   const auto next = [&] { return state[at++]; };
-  s.rates = nb::borrow(next()), s.m = nb::cast<int>(next()), s.n = nb::cast<int>(next());
-  s.status = nb::cast<std::int32_t>(next()), s.iterations = nb::cast<int>(next()), s.damping = nb::cast<double>(next());
-  s.scale = nb::cast<double>(next()), s.task_error = nb::cast<double>(next()), s.rank_tolerance = nb::cast<double>(next());
+  s.rates = nb::borrow(next());
+  s.m = nb::cast<int>(next());
+  s.n = nb::cast<int>(next());
+  s.status = nb::cast<std::int32_t>(next());
+  s.iterations = nb::cast<int>(next());
+  s.damping = nb::cast<double>(next());
+  s.scale = nb::cast<double>(next());
+  s.task_error = nb::cast<double>(next());
+  s.rank_tolerance = nb::cast<double>(next());
   if (s.m < 1 || s.m > 6 || s.n < 1 || s.status < 0 || s.status >= 2 * stillreach::INVALID_INPUT) fail();
   const nb::bytes numbers = nb::cast<nb::bytes>(next());
   if (numbers.size() != s.memory_bytes()) fail();
   s.make_room();
   std::memcpy(s.numbers.get(), numbers.data(), numbers.size());
   auto metric = std::make_shared<MetricData>();
-  metric->m = s.m, metric->n = s.n;
+  metric->m = s.m;
+  metric->n = s.n;
   const std::size_t m = to_size(s.m), n = to_size(s.n);
   const std::pair<std::vector<double>*, std::size_t> parts[] = {{&metric->rows, m * m}, {&metric->units, n}, {&metric->columns, n}, {&metric->joints, n * n}};
   for (const auto& [part, count] : parts) {

@@ -7,7 +7,10 @@ static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::ha
                       nb::handle reference, nb::handle start, double typical) {
   const int m = metric.data->m, n = metric.data->n;
   Solution s;
-  s.metric = metric.data, s.m = m, s.n = n, s.rank_tolerance = law.settings.rank_tolerance;
+  s.metric = metric.data;
+  s.m = m;
+  s.n = n;
+  s.rank_tolerance = law.settings.rank_tolerance;
   s.make_room();
   {
     const View rows = strict("J", J, {m, n}, false);
@@ -36,7 +39,11 @@ static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::ha
   stillreach::Multiplier multiplier{};
   stillreach::Answer out{rates.data(), s.residual(), reasons, 0, 0, 0.0, 1.0, 0.0, &multiplier};
   kernel().solve(law.settings, p, scratch->memory(), out);
-  s.status = out.status, s.iterations = out.iterations, s.damping = out.damping, s.scale = out.scale, s.task_error = out.task_error;
+  s.status = out.status;
+  s.iterations = out.iterations;
+  s.damping = out.damping;
+  s.scale = out.scale;
+  s.task_error = out.task_error;
   s.set_multiplier(multiplier);
   for (int i = 0; i < n; ++i)
     reasons[i] = stillreach::bound_reason(reasons[i]);

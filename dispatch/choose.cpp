@@ -16,9 +16,14 @@ const Kernel& eight_lanes() {
     const Kernel& wide = stillreach::kernel_avx512();
     Kernel k = stillreach::kernel_avx2();
     k.instruction_set = wide.instruction_set;
-    k.batch = wide.batch, k.batch_doubles = wide.batch_doubles, k.batch_ints = wide.batch_ints, k.batch_bytes = wide.batch_bytes;
-    k.rollout_rows = wide.rollout_rows, k.rollout_doubles = wide.rollout_doubles;
-    k.kinematics_rows = wide.kinematics_rows, k.kinematics_doubles = wide.kinematics_doubles;
+    k.batch = wide.batch;
+    k.batch_doubles = wide.batch_doubles;
+    k.batch_ints = wide.batch_ints;
+    k.batch_bytes = wide.batch_bytes;
+    k.rollout_rows = wide.rollout_rows;
+    k.rollout_doubles = wide.rollout_doubles;
+    k.kinematics_rows = wide.kinematics_rows;
+    k.kinematics_doubles = wide.kinematics_doubles;
     return k;
   }();
   return both;

@@ -19,6 +19,8 @@ from stillreach.laws import Law
 from stillreach.laws.law import row_names
 from stillreach.task import Task, task_of
 
+__all__ = ["BatchSolution", "solve_batch"]
+
 
 @dataclass(frozen=True, eq=False)
 class BatchSolution:

@@ -12,6 +12,8 @@ from stillreach import _door
 from stillreach._door import FloatArray
 from stillreach.errors import InputError
 
+__all__ = ["Bounds"]
+
 
 @dataclass(frozen=True, eq=False)
 class Bounds:

@@ -13,6 +13,8 @@ from stillreach._reading import Reading
 from stillreach.errors import InputError
 from stillreach.status import Health
 
+__all__ = ["Confined", "Derated", "Fault", "Locked", "OneWay", "Runaway"]
+
 MOMENT = Number("s", least=0.0)
 
 

@@ -49,3 +49,20 @@ class Status(IntFlag):
 
     def __str__(self) -> str:
         return self.name or "OK"
+
+
+IN_WORDS = {
+    Status.OK: "no limit active",
+    Status.SATURATED: "a joint at a limit",
+    Status.SCALED: "slowed down",
+    Status.DAMPED: "damped",
+    Status.SINGULAR: "singular",
+    Status.OVER_LIMIT: "over a limit",
+    Status.NO_WORKING_JOINT: "no working joint",
+    Status.FAULT_NOT_COMPENSATED: "fault not compensated",
+    Status.CLIPPED: "rates cut to their bounds",
+    Status.LIMIT_GIVEN_UP: "limit given up",
+    Status.ITERATION_LIMIT: "iteration limit",
+    Status.INVALID_INPUT: "invalid input",
+}
+"""Flags as people read them."""

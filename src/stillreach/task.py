@@ -15,6 +15,8 @@ from stillreach._door import FloatArray
 from stillreach.arm import Arm
 from stillreach.errors import InputError
 
+__all__ = ["Task", "Weights"]
+
 ROWS = {"pose": (0, 1, 2, 3, 4, 5), "position": (0, 1, 2), "orientation": (3, 4, 5)}
 FRAMES = ("base", "tool")
 SEMIDEFINITE = 1e-12

@@ -13,7 +13,9 @@ struct Random {  // xorshift64* (Vigna, 2016)
   std::uint64_t state;
   explicit Random(std::uint64_t seed) : state(seed * 0x9e3779b97f4a7c15ull + 1) {}
   double between(double low, double high) {
-    state ^= state >> 12, state ^= state << 25, state ^= state >> 27;
+    state ^= state >> 12;
+    state ^= state << 25;
+    state ^= state >> 27;
     const double unit = static_cast<double>((state * 0x2545f4914f6cdd1dull) >> 11) * 0x1p-53;
     return low + (high - low) * unit;
   }
@@ -75,8 +77,15 @@ inline Chain skew_chain(int n, std::uint64_t seed) {
   Chain c;
   for (int i = 0; i < n; ++i) {
     double a[3] = {random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)};
-    if (i % 5 == 0) a[0] = a[1] = 0.0, a[2] = i % 2 ? -1.0 : 1.0;
-    if (i % 5 == 1) a[0] = 1e-9, a[1] = 0.0, a[2] = -1.0;
+    if (i % 5 == 0) {
+      a[0] = a[1] = 0.0;
+      a[2] = i % 2 ? -1.0 : 1.0;
+    }
+    if (i % 5 == 1) {
+      a[0] = 1e-9;
+      a[1] = 0.0;
+      a[2] = -1.0;
+    }
     const double size = __builtin_sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
     const double at[3] = {random.between(-0.4, 0.4), random.between(-0.4, 0.4), random.between(0.1, 0.5)};  // in this order
     c.joint(at[0], at[1], at[2], a[0] / size, a[1] / size, a[2] / size,

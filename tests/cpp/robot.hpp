@@ -92,7 +92,10 @@ struct Robot {
         kinematics_scratch(10 * n), warm(n), lower_reason(n), upper_reason(n), rates(n), residual(m), active(n),
         scratch(n, o.joint_matrix) {
     state.arm = kernel().align_axes(n, chain.kinds.data(), chain.placements.data(), chain.axes.data(), links.data());
-    if (o.joint_matrix) units.assign(n, 1.0), weight = coupling_matrix(n);
+    if (o.joint_matrix) {
+      units.assign(n, 1.0);
+      weight = coupling_matrix(n);
+    }
     tell(law, o);
     point();
   }
@@ -101,29 +104,49 @@ struct Robot {
 
   void tell(const stillreach::LawSettings& law, const Options& o) {
     stillreach::ControllerState& s = state;
-    s.law = law, s.m = m, s.tool_axes = o.tool_axes, s.every_row = m == 6 && !o.tool_axes;
+    s.law = law;
+    s.m = m;
+    s.tool_axes = o.tool_axes;
+    s.every_row = m == 6 && !o.tool_axes;
     for (int r = 0; r < m; ++r) s.rows[r] = o.rows[r];
     s.constant_bounds = o.position == kInfinity && o.acceleration == kInfinity;
-    s.period = o.period, s.transition_rate = o.transition_rate;
-    s.track_gain = 2.0, s.track_linear = s.track_angular = kInfinity;
-    s.null_kind = o.null_kind, s.null_gain = 0.5, s.null_largest = 0.5;
+    s.period = o.period;
+    s.transition_rate = o.transition_rate;
+    s.track_gain = 2.0;
+    s.track_linear = s.track_angular = kInfinity;
+    s.null_kind = o.null_kind;
+    s.null_gain = 0.5;
+    s.null_largest = 0.5;
   }
 
   void point() {
     stillreach::ControllerState& s = state;
     if (!weight.empty()) s.metric = {nullptr, units.data(), units.data(), weight.data()};
-    s.rate_lower = rate_lower.data(), s.rate_upper = rate_upper.data();
-    s.position_lower = position_lower.data(), s.position_upper = position_upper.data(), s.acceleration = acceleration.data();
-    s.null_vector = null_vector.data(), s.faults = faults.data();
-    s.last = last.data(), s.anchor = anchor.data(), s.active = warm.data(), s.jacobian = jacobian.data();
+    s.rate_lower = rate_lower.data();
+    s.rate_upper = rate_upper.data();
+    s.position_lower = position_lower.data();
+    s.position_upper = position_upper.data();
+    s.acceleration = acceleration.data();
+    s.null_vector = null_vector.data();
+    s.faults = faults.data();
+    s.last = last.data();
+    s.anchor = anchor.data();
+    s.active = warm.data();
+    s.jacobian = jacobian.data();
     s.task_jacobian = s.every_row ? jacobian.data() : selected.data();
-    s.lower = lower.data(), s.upper = upper.data(), s.lower_reason = lower_reason.data(), s.upper_reason = upper_reason.data();
-    s.reference = reference.data(), s.scratch = kinematics_scratch.data();
-    answer.rates = rates.data(), answer.residual = residual.data(), answer.active = active.data();
+    s.lower = lower.data();
+    s.upper = upper.data();
+    s.lower_reason = lower_reason.data();
+    s.upper_reason = upper_reason.data();
+    s.reference = reference.data();
+    s.scratch = kinematics_scratch.data();
+    answer.rates = rates.data();
+    answer.residual = residual.data();
+    answer.active = active.data();
   }
 
-  void fail(int joint, stillreach::Health kind = stillreach::Health::LOCKED, double value = 0.0) {
-    kernel().set_fault(state, joint, {kind, {value, 0.0}});
+  void fail(int joint, stillreach::Health kind = stillreach::Health::LOCKED, double first = 0.0, double second = 0.0) {
+    kernel().set_fault(state, joint, {kind, {first, second}});
   }
   void restore(int joint) { fail(joint, stillreach::Health::HEALTHY); }
 

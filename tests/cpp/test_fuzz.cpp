@@ -66,17 +66,41 @@ struct AnyController {
   AnyController(int joints, int task_rows)
       : n(joints), m(task_rows), arm(n), weights(m, n), rate_lower(n), rate_upper(n), position_lower(n), position_upper(n), acceleration(n), null_vector(numbers(n, false)),
         last(n), anchor(n), faults(n), J(6 * n), rows(m * n), lower(n), upper(n), reference(n), scratch(10 * n), warm(n), lower_reason(n), upper_reason(n) {
-    s.arm = arm.view, s.law = any_law(), s.metric = weights.view(), s.m = m, s.tool_axes = below(2), s.every_row = m == 6 && !s.tool_axes;
+    s.arm = arm.view;
+    s.law = any_law();
+    s.metric = weights.view();
+    s.m = m;
+    s.tool_axes = below(2);
+    s.every_row = m == 6 && !s.tool_axes;
     for (int r = 0; r < m; ++r) s.rows[r] = r + 6 - m;
     s.period = below(3) ? 0.01 : decade(-320, 308);
-    s.return_rate = below(3) ? 0.0 : decade(-308, 308), s.transition_rate = below(3) ? 2.0 : decade(-308, 308);
-    s.track_gain = below(4) ? 2.0 : decade(-308, 308), s.track_linear = below(2) ? kInfinity : decade(-308, 10), s.track_angular = below(2) ? kInfinity : below(2);
-    s.null_kind = static_cast<NullMotionKind>(below(6)), s.null_gain = below(3) ? 1.0 : decade(-308, 308), s.null_largest = below(2) ? kInfinity : decade(-308, 308);
+    s.return_rate = below(3) ? 0.0 : decade(-308, 308);
+    s.transition_rate = below(3) ? 2.0 : decade(-308, 308);
+    s.track_gain = below(4) ? 2.0 : decade(-308, 308);
+    s.track_linear = below(2) ? kInfinity : decade(-308, 10);
+    s.track_angular = below(2) ? kInfinity : below(2);
+    s.null_kind = static_cast<NullMotionKind>(below(6));
+    s.null_gain = below(3) ? 1.0 : decade(-308, 308);
+    s.null_largest = below(2) ? kInfinity : decade(-308, 308);
     any_limits();
-    s.rate_lower = rate_lower.data(), s.rate_upper = rate_upper.data(), s.position_lower = position_lower.data(), s.position_upper = position_upper.data();
-    s.acceleration = acceleration.data(), s.null_vector = null_vector.data(), s.faults = faults.data(), s.last = last.data();
-    s.anchor = anchor.data(), s.active = warm.data(), s.jacobian = J.data(), s.task_jacobian = s.every_row ? J.data() : rows.data(), s.lower = lower.data();
-    s.upper = upper.data(), s.lower_reason = lower_reason.data(), s.upper_reason = upper_reason.data(), s.reference = reference.data(), s.scratch = scratch.data();
+    s.rate_lower = rate_lower.data();
+    s.rate_upper = rate_upper.data();
+    s.position_lower = position_lower.data();
+    s.position_upper = position_upper.data();
+    s.acceleration = acceleration.data();
+    s.null_vector = null_vector.data();
+    s.faults = faults.data();
+    s.last = last.data();
+    s.anchor = anchor.data();
+    s.active = warm.data();
+    s.jacobian = J.data();
+    s.task_jacobian = s.every_row ? J.data() : rows.data();
+    s.lower = lower.data();
+    s.upper = upper.data();
+    s.lower_reason = lower_reason.data();
+    s.upper_reason = upper_reason.data();
+    s.reference = reference.data();
+    s.scratch = scratch.data();
   }
   void any_limits() {
     const double speed = decade(below(3) ? 0 : -320, below(3) ? 0 : 308), room = decade(below(3) ? 0 : -320, below(3) ? 0 : 308);
@@ -84,9 +108,11 @@ struct AnyController {
     const int rates = below(4), positions = below(4), accelerations = below(3);
     s.constant_bounds = 1;
     for (int i = 0; i < n; ++i) {
-      rate_lower[i] = rates ? -between(0, 1) * speed : -kInfinity, rate_upper[i] = rates ? between(0, 1) * speed : kInfinity;
+      rate_lower[i] = rates ? -between(0, 1) * speed : -kInfinity;
+      rate_upper[i] = rates ? between(0, 1) * speed : kInfinity;
       if (below(8) == 0) rate_lower[i] = rate_upper[i] = 0.0;
-      position_lower[i] = positions ? -between(0, 1) * room : -kInfinity, position_upper[i] = positions ? between(0, 1) * room : kInfinity;
+      position_lower[i] = positions ? -between(0, 1) * room : -kInfinity;
+      position_upper[i] = positions ? between(0, 1) * room : kInfinity;
       if (positions == 2) position_lower[i] = position_upper[i];
       acceleration[i] = accelerations ? between(0, 1) * quickness : kInfinity;
       if (below(12) == 0) acceleration[i] = 0.0;
@@ -194,25 +220,44 @@ struct AnyBatch {
   Batch b{};
   Numbers q, J, twist, lower, upper, reference, last, position_lower, position_upper, acceleration;
   AnyBatch() : n(1 + below(below(10) ? 12 : 50)), count(1 + below(20)), m(below(3) ? (below(2) ? 6 : 3) : 1 + below(6)), arm(n), weights(m, n) {
-    b.m = m, b.law = any_law(), b.metric = weights.view(), b.arm = arm.view, b.tool_axes = with_arm && below(4) == 0, b.every_row = with_arm && m == 6 && !b.tool_axes;
+    b.m = m;
+    b.law = any_law();
+    b.metric = weights.view();
+    b.arm = arm.view;
+    b.tool_axes = with_arm && below(4) == 0;
+    b.every_row = with_arm && m == 6 && !b.tool_axes;
     for (int r = 0, first = below(7 - m); r < m; ++r) b.rows[r] = first + r;
-    q = below(2) ? rng.vector(count * n, 3.0) : numbers(count * n, true), J = numbers(count * m * n, true);
+    q = below(2) ? rng.vector(count * n, 3.0) : numbers(count * n, true);
+    J = numbers(count * m * n, true);
     (with_arm ? b.q : b.jacobians) = with_arm ? q.data() : J.data();
     const int length = with_arm ? 6 : m;
-    twist = numbers((own_twists ? count : 1) * length, own_twists), b.twist = twist.data(), b.twist_stride = own_twists ? length : 0;
-    lower.resize((own_bounds ? count : 1) * n), upper.resize(lower.size());
+    twist = numbers((own_twists ? count : 1) * length, own_twists);
+    b.twist = twist.data();
+    b.twist_stride = own_twists ? length : 0;
+    lower.resize((own_bounds ? count : 1) * n);
+    upper.resize(lower.size());
     for (std::size_t k = 0; k < lower.size(); k += n) any_bounds(n, !own_bounds || below(3), &lower[k], &upper[k]);
-    b.lower = lower.data(), b.upper = upper.data(), b.bounds_stride = own_bounds ? n : 0;
-    if (below(4) == 0) reference = numbers(count * n, true), b.reference = reference.data(), b.reference_stride = n;
+    b.lower = lower.data();
+    b.upper = upper.data();
+    b.bounds_stride = own_bounds ? n : 0;
+    if (below(4) == 0) {
+      reference = numbers(count * n, true);
+      b.reference = reference.data();
+      b.reference_stride = n;
+    }
     if (with_arm && below(2)) any_limits();
   }
   void any_limits() {
     last = numbers(count * n, true);
     for (int i = 0; i < n; ++i) {
-      position_lower.push_back(below(2) ? -kInfinity : -between(0, 2)), position_upper.push_back(below(2) ? kInfinity : between(0, 2));
+      position_lower.push_back(below(2) ? -kInfinity : -between(0, 2));
+      position_upper.push_back(below(2) ? kInfinity : between(0, 2));
       acceleration.push_back(below(2) ? kInfinity : below(4) ? between(0, 5) : 0.0);
     }
-    b.last = last.data(), b.position_lower = position_lower.data(), b.position_upper = position_upper.data(), b.acceleration = acceleration.data();
+    b.last = last.data();
+    b.position_lower = position_lower.data();
+    b.position_upper = position_upper.data();
+    b.acceleration = acceleration.data();
     b.period = below(3) ? 0.01 : decade(-300, 300);
   }
   void check_row(int k, const double* rates, std::int32_t status) const {
@@ -245,14 +290,22 @@ static void batch_case() {
   Numbers rates(count * n, kNan), alone(count * n, kNan), residual(count * any.m), error(count), pose(16 * count), jacobian(count * any.m * n);
   std::vector<std::int32_t> status(count, -5), status_alone(count, -5), iterations(count);
   Codes active(count * n);
-  b.rates = rates.data(), b.status = status.data();
-  if (below(2)) b.residual = residual.data(), b.task_error = error.data(), b.active = active.data(), b.iterations = iterations.data(), b.jacobian = jacobian.data();
+  b.rates = rates.data();
+  b.status = status.data();
+  if (below(2)) {
+    b.residual = residual.data();
+    b.task_error = error.data();
+    b.active = active.data();
+    b.iterations = iterations.data();
+    b.jacobian = jacobian.data();
+  }
   if (any.with_arm && below(2)) b.pose = pose.data();
   RowsMemory memory(n, !any.weights.joints.empty());
   const int cut = below(2) ? count : below(count);
   kernel().batch(b, 0, cut, memory.view());
   if (cut < count) kernel().batch(b, cut, count, memory.view());
-  b.rates = alone.data(), b.status = status_alone.data();
+  b.rates = alone.data();
+  b.status = status_alone.data();
   for (int k = 0; k < count; ++k) {
     kernel().batch(b, k, k + 1, memory.view());
     any.check_row(k, &rates[k * n], status[k]);
@@ -268,11 +321,16 @@ static void rollout_case() {
   if (!any.with_arm) return;
   const int n = any.n, count = any.count, steps = 1 + below(4);
   BatchRollout r{};
-  r.batch = any.b, r.start = any.q.data(), r.twist = any.twist.data(), r.twist_row = any.own_twists ? 6 : 0, r.last = any.last.empty() ? nullptr : any.last.data();
+  r.batch = any.b;
+  r.start = any.q.data();
+  r.twist = any.twist.data();
+  r.twist_row = any.own_twists ? 6 : 0;
+  r.last = any.last.empty() ? nullptr : any.last.data();
   r.steps = steps, r.every = 1, r.period = any.b.acceleration ? any.b.period : 0.01, r.runge_kutta = below(2), r.stop = [](void*) { return false; };
   Numbers rates(count * steps * n, kNan), doubles(kernel().rollout_doubles(n), kNan);
   std::vector<std::int32_t> status(count * steps, -5);
-  r.rates = rates.data(), r.status = status.data();
+  r.rates = rates.data();
+  r.status = status.data();
   RowsMemory memory(n, !any.weights.joints.empty());
   kernel().rollout_rows(r, 0, count, memory.view(), doubles.data());
   for (int k = 0; k < count; ++k)
@@ -281,11 +339,18 @@ static void rollout_case() {
 
 int main(int argc, char** argv) {
   const char* full = std::getenv("STILLREACH_FULL");
-  const double seconds = full && *full ? 60.0 : argc > 1 ? std::atof(argv[1]) : 1.0;
+  const double seconds = full && *full ? 60.0 : argc > 1 ? std::atof(argv[1]) : 5.0;
   if (argc > 2) rng = Random(std::strtoull(argv[2], nullptr, 10));
   const std::clock_t end = std::clock() + static_cast<std::clock_t>(seconds * CLOCKS_PER_SEC);
   long cases = 0;
-  while (std::clock() < end && failures() < 20) solve_case(), solve_case(), tick_case(), batch_case(), rollout_case(), cases += 5;
+  while (std::clock() < end && failures() < 20) {
+    solve_case();
+    solve_case();
+    tick_case();
+    batch_case();
+    rollout_case();
+    cases += 5;
+  }
   std::fprintf(stderr, "%s, %ld cases\n", kernel().instruction_set, cases);
   return finish("test_fuzz");
 }

@@ -74,10 +74,20 @@ inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* int
   BatchMemory b;
   Wide* at = static_cast<Wide*>(static_cast<void*>(doubles));
   const auto take = [&at](int count) { Wide* p = at; at += count; return p; };
-  b.q = take(n), b.lower = take(n), b.upper = take(n), b.rates = take(n), b.residual = take(6);
-  b.jacobian = take(6 * n), b.task_jacobian = take(6 * n);
+  b.q = take(n);
+  b.lower = take(n);
+  b.upper = take(n);
+  b.rates = take(n);
+  b.residual = take(6);
+  b.jacobian = take(6 * n);
+  b.task_jacobian = take(6 * n);
   LaneSystem& s = b.system;
-  s.columns = take(6 * n), s.shapes = take(6 * n), s.few = take(30), s.scale = take(n), s.limit = take(n), s.z = take(n);
+  s.columns = take(6 * n);
+  s.shapes = take(6 * n);
+  s.few = take(30);
+  s.scale = take(n);
+  s.limit = take(n);
+  s.z = take(n);
   Wide** const vectors[] = {&s.top, &s.bottom, &s.lower, &s.upper, &s.length, &s.answer, &s.trial, &s.releases, &s.side};
   for (Wide** v : vectors) *v = take(n);
   s.works = static_cast<Lanes*>(static_cast<void*>(take(n)));
@@ -107,11 +117,17 @@ inline LimitedStatus limited_bounds(const Batch& b, std::ptrdiff_t row, double* 
   const int n = b.arm.n;
   const double *low = b.lower + row * b.bounds_stride, *high = b.upper + row * b.bounds_stride;
   ControllerState c{};
-  c.lower = to, c.upper = to + n, c.period = b.period;
-  c.position_lower = b.position_lower, c.position_upper = b.position_upper;
-  c.acceleration = b.acceleration, c.last = const_cast<double*>(b.last + row * n);
-  c.rate_lower = low, c.rate_upper = high;
-  c.lower_reason = bytes, c.upper_reason = bytes + n;
+  c.lower = to;
+  c.upper = to + n;
+  c.period = b.period;
+  c.position_lower = b.position_lower;
+  c.position_upper = b.position_upper;
+  c.acceleration = b.acceleration;
+  c.last = const_cast<double*>(b.last + row * n);
+  c.rate_lower = low;
+  c.rate_upper = high;
+  c.lower_reason = bytes;
+  c.upper_reason = bytes + n;
   std::int32_t status = OK;
   bool runaway = false;
   for (int i = 0; i < n; ++i) {
@@ -164,11 +180,15 @@ inline void write_invalid(const Batch& b, std::ptrdiff_t row, double* rates, std
   double residual[kRows] = {0, 0, 0, 0, 0, 0};
   for (int i = 0; i < n; ++i) {
     const bool room = leaves_room(low[i], high[i]);
-    rates[i] = room ? clamp(0.0, low[i], high[i]) : 0.0, active[i] = code(room && low[i] == high[i] ? Reason::FAULT : Reason::FREE);
+    rates[i] = room ? clamp(0.0, low[i], high[i]) : 0.0;
+    active[i] = code(room && low[i] == high[i] ? Reason::FAULT : Reason::FREE);
   }
   write_single(b, row, Answer{rates, residual, active, INVALID_INPUT, 0, 0.0, 0.0, 0.0});
   const double nothing[12] = {};
-  if (b.pose) write_pose(nothing, b.pose + 16 * row), b.pose[16 * row + 15] = 0.0;
+  if (b.pose) {
+    write_pose(nothing, b.pose + 16 * row);
+    b.pose[16 * row + 15] = 0.0;
+  }
   if (b.jacobian)
     for (int i = 0; i < b.m * n; ++i) b.jacobian[row * b.m * n + i] = 0.0;
 }
@@ -206,7 +226,11 @@ inline STILLREACH_NOINLINE void solve_alone(const Batch& b, std::ptrdiff_t row, 
       for (int r = 0; r < m; ++r) b.jacobian[(row * m + r) * n + i] = task[m * i + r];
   const double *low = b.lower + row * b.bounds_stride, *high = b.upper + row * b.bounds_stride;
   LimitedStatus limited{OK, true};
-  if (b.acceleration) limited = limited_bounds(b, row, bounds, w.bytes + n), low = bounds, high = bounds + n;
+  if (b.acceleration) {
+    limited = limited_bounds(b, row, bounds, w.bytes + n);
+    low = bounds;
+    high = bounds + n;
+  }
   for (int i = 0; i < n; ++i) active[i] = 0;
   const Problem p{m, n, task, twist, low, high, b.reference ? b.reference + row * b.reference_stride : nullptr, b.metric, row_typical(b, row)};
   Answer out{rates, residual, active, OK, 0, 0.0, 1.0, 0.0};
@@ -287,21 +311,28 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
   if (b.acceleration) {
     for (int l = 0; l < kLanes; ++l) {
       double* to = w.single + 2 * n * l;
-      low[l] = to, high[l] = to + n, limited[l] = limited_bounds(b, row[l], to, w.bytes);
+      low[l] = to;
+      high[l] = to + n;
+      limited[l] = limited_bounds(b, row[l], to, w.bytes);
       for (int i = 0; i < n; ++i) doubt[l] += b.last[row[l] * n + i] - b.last[row[l] * n + i];
     }
   } else if (b.bounds_stride != 0) {
-    for (int l = 0; l < kLanes; ++l) low[l] = b.lower + row[l] * b.bounds_stride, high[l] = b.upper + row[l] * b.bounds_stride;
+    for (int l = 0; l < kLanes; ++l) {
+      low[l] = b.lower + row[l] * b.bounds_stride;
+      high[l] = b.upper + row[l] * b.bounds_stride;
+    }
   }
   Lanes good = doubt == wide(0.0);
   if (b.acceleration || b.bounds_stride != 0) {
-    load_lanes(low, n, w.lower), load_lanes(high, n, w.upper);
+    load_lanes(low, n, w.lower);
+    load_lanes(high, n, w.upper);
     for (int i = 0; i < n; ++i)
       good &= (w.lower[i] <= w.upper[i]) & (w.lower[i] < wide(infinity())) & (w.upper[i] > wide(-infinity()));
     prepare_lanes(b.law, p, w.system, w.rates);
   }
   LaneAnswer out;
-  out.rates = w.rates, out.residual = w.residual;
+  out.rates = w.rates;
+  out.residual = w.residual;
   good &= solve_lanes<M>(b.law, p, deep, b.residual || b.task_error, w.system, out);
   const int answered = bits_of(good) & lanes;
   if (!answered) return 0;
@@ -368,7 +399,10 @@ inline void solve_rows(const Batch& b, std::ptrdiff_t first, std::ptrdiff_t last
   if (shared && b.law.parts > 0) w.typical = row_typical(b, 0);
   if (suits_lanes(b.law.kind, b.arm.n, b.m, b.metric) && !b.tool_axes && !b.reference && (!shared || bounds_leave_room(b))) {
     if (shared && !b.acceleration) {
-      for (int i = 0; i < b.arm.n; ++i) w.lower[i] = wide(b.lower[i]), w.upper[i] = wide(b.upper[i]);
+      for (int i = 0; i < b.arm.n; ++i) {
+        w.lower[i] = wide(b.lower[i]);
+        w.upper[i] = wide(b.upper[i]);
+      }
       prepare_lanes(b.law, LaneProblem{b.arm.n, nullptr, nullptr, w.lower, w.upper, b.metric}, w.system, w.rates);
     }
     return b.m == 6 ? solve_lane_rows<6>(b, first, last, w) : solve_lane_rows<3>(b, first, last, w);

@@ -51,7 +51,10 @@ inline void singular_values(const KinematicsBatch& b, double* columns, double* s
   Spectrum s;
   spectrum(b.m, columns, nullptr, k, 0.0, work, s);
   product = k < b.m ? 0.0 : 1.0;
-  for (int j = 0; j < most; ++j) sigma[j] = is_finite(total) ? s.sigma[j] * unit : __builtin_nan(""), product *= sigma[j];
+  for (int j = 0; j < most; ++j) {
+    sigma[j] = is_finite(total) ? s.sigma[j] * unit : __builtin_nan("");
+    product *= sigma[j];
+  }
 }
 
 // The columns of lane l's Jacobian as the task sees them.

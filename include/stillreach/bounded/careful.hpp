@@ -65,7 +65,10 @@ STILLREACH_INLINE double weakest_that_counts(const Box& b) {
 template <int M>
 inline STILLREACH_NOINLINE void settle_box(Rows<M> m, const double* rhs, Box& b, Inner& in) {
   double size = larger(square_root(dot(m, rhs, rhs)), b.whole);
-  for (int i = 0; i < b.k; ++i) b.releases[i] = b.lower[i] < b.upper[i] ? 0 : kNever, size = larger(size, magnitude(b.z[i]) * b.length[i]);
+  for (int i = 0; i < b.k; ++i) {
+    b.releases[i] = b.lower[i] < b.upper[i] ? 0 : kNever;
+    size = larger(size, magnitude(b.z[i]) * b.length[i]);
+  }
   const double threshold = b.threshold, dependent = b.dependent;
   b.dependent = larger(dependent, weakest_that_counts(b));
   b.threshold = -b.dependent;
@@ -92,7 +95,9 @@ inline STILLREACH_NOINLINE void settle_box(Rows<M> m, const double* rhs, Box& b,
     const int release = choose_release_by_angle(m, b, in, free, size, wanted);
     for (int r = 0; r < kStride; ++r) b.residual[r] = in.residual[r];
     if (release < 0) {
-      b.capped = wanted, b.threshold = threshold, b.dependent = dependent;
+      b.capped = wanted;
+      b.threshold = threshold;
+      b.dependent = dependent;
       return;
     }
     now = objective(m, b, rhs, b.z);
@@ -100,7 +105,9 @@ inline STILLREACH_NOINLINE void settle_box(Rows<M> m, const double* rhs, Box& b,
     ++b.releases[release];
     b.state[release] = 0;
   }
-  b.capped = true, b.threshold = threshold, b.dependent = dependent;
+  b.capped = true;
+  b.threshold = threshold;
+  b.dependent = dependent;
   residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
 }
 

@@ -65,7 +65,10 @@ inline bool any_range(const ControllerState& c) {
 
 // An encoder or a command that is no number: brake, within the acceleration limits; failed joints keep their rates.
 inline void brake(ControllerState& c, const double* q, Answer& out) {
-  out.damping = 0.0, out.scale = 0.0, out.task_error = 0.0, out.iterations = 0;
+  out.damping = 0.0;
+  out.scale = 0.0;
+  out.task_error = 0.0;
+  out.iterations = 0;
   out.status = INVALID_INPUT | (bounds_of(c, q) & LIMIT_GIVEN_UP);
   for (int i = 0; i < c.arm.n; ++i) {
     out.rates[i] = clamp(0.0, c.lower[i], c.upper[i]);

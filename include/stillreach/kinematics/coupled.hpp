@@ -12,7 +12,10 @@ STILLREACH_INLINE void sine_cosine(const Wide& angles, Wide& sine, Wide& cosine)
   double at[kLanes], sines[kLanes], cosines[kLanes];
   for (int l = 0; l < kLanes; ++l) at[l] = angles[l];
   sincos(at, kLanes, sines, cosines);
-  for (int l = 0; l < kLanes; ++l) sine[l] = sines[l], cosine[l] = cosines[l];
+  for (int l = 0; l < kLanes; ++l) {
+    sine[l] = sines[l];
+    cosine[l] = cosines[l];
+  }
 }
 
 // sum += a x b.

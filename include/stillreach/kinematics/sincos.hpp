@@ -49,13 +49,17 @@ inline void sincos(const double* q, int count, double* sine, double* cosine) {
   Pack s, c;
   for (; i + 4 <= count; i += 4) {
     sincos_lanes(load(q + i), 4, s, c);
-    store(sine + i, s), store(cosine + i, c);
+    store(sine + i, s);
+    store(cosine + i, c);
   }
   if (i == count) return;
   Pack x = {};
   for (int l = 0; l < count - i; ++l) x[l] = q[i + l];
   sincos_lanes(x, count - i, s, c);
-  for (int l = 0; l < count - i; ++l) sine[i + l] = s[l], cosine[i + l] = c[l];
+  for (int l = 0; l < count - i; ++l) {
+    sine[i + l] = s[l];
+    cosine[i + l] = c[l];
+  }
 }
 
 STILLREACH_END

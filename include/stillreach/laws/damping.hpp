@@ -25,10 +25,15 @@ STILLREACH_INLINE double safe_step(int rank, const double* a, const double* inve
   double p = 0.0, n = 0.0, dp = 0.0, dn = 0.0, n3 = 0.0;
   for (int j = 0; j < rank; ++j) {
     const double t = a[j] * inverse[j], d = t * inverse[j];
-    if (t > 0.0)
-      p += t, dp += d;
-    else
-      n -= t, dn -= d, n3 -= d * inverse[j];
+    if (t > 0.0) {
+      p += t;
+      dp += d;
+    }
+    else {
+      n -= t;
+      dn -= d;
+      n3 -= d * inverse[j];
+    }
   }
   const double excess = p - n - limit, slope = dp - dn;
   if (!(excess > 4e-16 * (p + n))) return 0.0;
@@ -59,7 +64,10 @@ inline double step_inf(DampingSearch& d, double kappa) {
   for (int i = 0; i < d.count; ++i) {
     const double* term = d.terms + 7 * i;
     double a[kRows], u = 0.0, most = 0.0;
-    for (int j = 0; j < d.rank; ++j) u = madd(term[j], inverse[j], u), most = madd(magnitude(term[j]), inverse[j], most);
+    for (int j = 0; j < d.rank; ++j) {
+      u = madd(term[j], inverse[j], u);
+      most = madd(magnitude(term[j]), inverse[j], most);
+    }
     const double offset = term[6], sign = u + offset < 0.0 ? -1.0 : 1.0, limit = 1.0 - sign * offset;
     if (most + magnitude(offset) <= 1.0) continue;
     for (int j = 0; j < d.rank; ++j) a[j] = sign * term[j];
@@ -82,7 +90,8 @@ inline double step_2(const DampingSearch& d, double kappa) {
     const double fixed = d.offset ? d.offset[i] * d.limit[i] : 0.0;
     double u = fixed;
     for (int j = 0; j < d.rank; ++j) u = madd(row[j] * d.beta[j] * d.limit[i], inverse[j], u);
-    square = madd(u, u, square), offset = madd(u, fixed, offset);
+    square = madd(u, u, square);
+    offset = madd(u, fixed, offset);
     for (int j = 0; j < d.rank; ++j) a[j] = madd(u, row[j] * d.beta[j] * d.limit[i], a[j]);
   }
   const double norm = square_root(square);
@@ -100,7 +109,8 @@ inline double safe_side(const DampingSearch& d, NormKind norm, double kappa) {
       double u = 0.0;
       for (int j = 0; j < d.rank; ++j) u += magnitude(d.shapes[6 * i + j] * d.beta[j]) * d.limit[i] / (d.square[j] + kappa);
       const double room = larger(1.0 - (d.offset ? magnitude(d.offset[i]) * d.limit[i] : 0.0), 1e-3);
-      worst = larger(worst, u / room), sum = madd(u / room, u / room, sum);
+      worst = larger(worst, u / room);
+      sum = madd(u / room, u / room, sum);
     }
     if ((norm == NormKind::EUCLIDEAN ? square_root(sum) : worst) <= 1.0) break;
     kappa = larger(kappa * 1.5, 1e-12 * d.square[0]);

@@ -33,7 +33,10 @@ STILLREACH_INLINE double furthest(Rows<M> m, const double* columns, int k, const
   int joint = 0;
   for (int j = 0; j < k; ++j) {
     const double u = magnitude(z[j]) * limit[j];
-    if (u > most) most = u, joint = j;
+    if (u > most) {
+      most = u;
+      joint = j;
+    }
     square = madd(u, u, square);
   }
   if (norm == NormKind::MAXIMUM) {
@@ -62,7 +65,8 @@ inline bool exact_damping(Rows<M> m, const double* columns, int k, const double*
     const double u = furthest(m, columns, k, limit, norm, z, w);
     if (u <= 1.0 + kLimitSlack) return true;
     double v[kRows], t[kRows];
-    solve(m, f, w, v), solve(m, f, in.dual, t);
+    solve(m, f, w, v);
+    solve(m, f, in.dual, t);
     const double b[] = {dot(m, rhs, in.dual), dot(m, in.dual, in.dual), dot(m, in.dual, t)};
     const double c[] = {dot(m, w, v), dot(m, v, v), inverse_norm(m, f, v)}, g[] = {u, dot(m, v, in.dual), dot(m, v, t)};
     const double next = kappa + certain_step(u, b, c, g);

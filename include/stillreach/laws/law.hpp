@@ -28,9 +28,11 @@ inline bool can_stand_still(Rows<M> m, const LawSettings& law, const Problem& p,
   const double still[kRows] = {0, 0, 0, 0, 0, 0};
   double residual[kRows];
   LawSettings bare = law;
-  bare.kind = LawKind::LEAST_ERROR, bare.parts = 0;
+  bare.kind = LawKind::LEAST_ERROR;
+  bare.parts = 0;
   Problem stand = p;
-  stand.twist = still, stand.reference = nullptr;
+  stand.twist = still;
+  stand.reference = nullptr;
   if (law.kind == LawKind::KEEP_DIRECTION && answer.scale == 0.0) {  // it is at rest, as nearly as can be
     Answer rest = answer;
     rest.residual = residual;

@@ -82,7 +82,8 @@ STILLREACH_INLINE T factor(F& f) {
     }
     inverse_trace += sum;
   }
-  f.trace = trace, f.inverse_trace = inverse_trace;
+  f.trace = trace;
+  f.inverse_trace = inverse_trace;
   const T condition = trace * inverse_trace, none = fill<T>(infinity());
   return select(positive & (condition < none), condition, none);
 }

@@ -13,10 +13,13 @@ constexpr double kWeightless = 1e-12;  // part of a joint's weight below which t
 inline void exchange_joints(int a, int b, int k, int factored, Workspace& w) {
   const auto exchange = [](auto& x, auto& y) {
     const auto kept = x;
-    x = y, y = kept;
+    x = y;
+    y = kept;
   };
   if (a == b) return;
-  exchange(w.joint[a], w.joint[b]), exchange(w.scale[a], w.scale[b]), exchange(w.target[a], w.target[b]);
+  exchange(w.joint[a], w.joint[b]);
+  exchange(w.scale[a], w.scale[b]);
+  exchange(w.target[a], w.target[b]);
   for (int r = 0; r < kStride; ++r) exchange(w.columns[a * kStride + r], w.columns[b * kStride + r]);
   for (int c = 0; c < factored; ++c) exchange(w.triangle[a * k + c], w.triangle[b * k + c]);
 }
@@ -32,7 +35,10 @@ inline int factor_joint_weight(const Problem& p, int k, Workspace& w) {
     double most = kWeightless;
     for (int i = j; i < k; ++i) {
       const double part = left[i] / weight(i, i);  // no weight: NaN, which is never the most
-      if (part > most) most = part, pivot = i;
+      if (part > most) {
+        most = part;
+        pivot = i;
+      }
     }
     if (!(most > kWeightless)) {
       for (int i = j; i < k; ++i)

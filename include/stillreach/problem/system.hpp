@@ -93,7 +93,8 @@ struct TypicalRate {
   STILLREACH_INLINE void add(const Metric& metric, int n, int i, double limit) {
     const double own = metric.joints ? square_root(metric.joints[std::ptrdiff_t{i} * n + i]) : 1.0;
     const double rate = (limit < infinity() ? limit : kEndless) * own / (metric.columns ? metric.columns[i] : 1.0);
-    second = larger(second, smaller(largest, rate)), largest = larger(largest, rate);
+    second = larger(second, smaller(largest, rate));
+    largest = larger(largest, rate);
   }
   STILLREACH_INLINE double value() const { return second > 0.0 ? second : largest; }
 };
@@ -110,7 +111,8 @@ template <int M>
 STILLREACH_INLINE void weighted_column(Rows<M> m, const double* R, const double* column, double scale, double* a) {
   if (!R && m() == 6) {
     const Pack s = broadcast(scale), head = load(column) * s, tail = load_pair(column + 4) * s;
-    store(a, head), store(a + 4, tail);
+    store(a, head);
+    store(a + 4, tail);
     return;
   }
   apply_rows(m, R, column, a);
@@ -131,7 +133,8 @@ inline double reference_extent(const Problem& p, int k, const double* extent, co
 
 // Brings columns and right-hand side into the range where squares can be summed.
 inline void rescale(System& s, double size_a, double size_b, Workspace& w) {
-  s.unit_a = scaling_unit(size_a), s.unit_b = scaling_unit(size_b);
+  s.unit_a = scaling_unit(size_a);
+  s.unit_b = scaling_unit(size_b);
   for (int j = 0; j < kStride * s.k; ++j) w.columns[j] /= s.unit_a;
   for (int r = 0; r < s.m; ++r) s.rhs[r] /= s.unit_b;
   for (int j = 0; j < s.k; ++j) w.scale[j] = w.scale[j] / s.unit_a * s.unit_b;
@@ -158,7 +161,13 @@ template <int M>
 inline System assemble(Rows<M> m, const Problem& p, const double* rates, const std::int8_t* held, int k, const double* extent,
                        Workspace& w) {
   System s;
-  s.m = m(), s.k = k, s.weighted = k, s.idle = false, s.full = p.metric.joints != nullptr, s.unit_a = 1.0, s.unit_b = 1.0;
+  s.m = m();
+  s.k = k;
+  s.weighted = k;
+  s.idle = false;
+  s.full = p.metric.joints != nullptr;
+  s.unit_a = 1.0;
+  s.unit_b = 1.0;
   double raw[kRows];
   for (int r = 0; r < m(); ++r) raw[r] = p.twist[r];
   if (held || any_moves(p))
@@ -200,9 +209,11 @@ STILLREACH_INLINE void task_residual(Rows<M> m, const Problem& p, const double* 
     Pack head = load(p.twist), tail = load(p.twist + 2);
     for (int i = 0; i < p.n; ++i) {
       const Pack rate = broadcast(-rates[i]);
-      head = madd(load(p.jacobian + 6 * i), rate, head), tail = madd(load(p.jacobian + 6 * i + 2), rate, tail);
+      head = madd(load(p.jacobian + 6 * i), rate, head);
+      tail = madd(load(p.jacobian + 6 * i + 2), rate, tail);
     }
-    store(e, head), store(e + 2, tail);
+    store(e, head);
+    store(e + 2, tail);
     return;
   }
   for (int r = 0; r < m(); ++r) e[r] = p.twist[r];
@@ -235,7 +246,10 @@ STILLREACH_INLINE std::int8_t bound_code(double rate, double lower, double upper
 inline bool bound_codes(int n, const double* rates, const double* lower, const double* upper, std::int8_t* codes) {
   bool saturated = false;
   if (n < 4) {
-    for (int i = 0; i < n; ++i) codes[i] = bound_code(rates[i], lower[i], upper[i]), saturated |= (codes[i] & 1) != 0;
+    for (int i = 0; i < n; ++i) {
+      codes[i] = bound_code(rates[i], lower[i], upper[i]);
+      saturated |= (codes[i] & 1) != 0;
+    }
     return saturated;
   }
   const auto bytes = [](int bits) { return (static_cast<unsigned>(bits) * 0x204081u) & 0x1010101u; };  // bit l to byte l
@@ -260,7 +274,10 @@ inline void report(Rows<M> m, const Problem& p, Answer& out) {
   const bool saturated = bound_codes(p.n, out.rates, p.lower, p.upper, out.active);
   apply_rows(m, p.metric.rows, e, weighted);
   double size = 0.0;
-  for (int r = 0; r < m(); ++r) out.residual[r] = e[r], size = larger(size, magnitude(weighted[r]));
+  for (int r = 0; r < m(); ++r) {
+    out.residual[r] = e[r];
+    size = larger(size, magnitude(weighted[r]));
+  }
   const double unit = scaling_unit(size);
   double sum = 0.0;
   for (int r = 0; r < m(); ++r) {

@@ -45,9 +45,17 @@ def _below_root(node: Node, parent: Callable[[Node], Node | None]) -> Iterator[N
         node = above
 
 
-def backwards(steps: list[Step]) -> list[Step]:
-    """The same steps from the last to the first, each the other way round."""
-    return [replace(step, axis=-step.axis) if isinstance(step, Joint) else inverse(step) for step in reversed(steps)]
+def along(passed: list[tuple[Node, bool]], steps_to: Callable[[Node, bool], list[Step]]) -> list[Step]:
+    """The steps along a way; ``steps_to`` has those from a node's parent to the node, whichever way it is passed."""
+    steps: list[Step] = []
+    for node, up in passed:
+        own = steps_to(node, up)
+        steps += [_back(step) for step in reversed(own)] if up else own
+    return steps
+
+
+def _back(step: Step) -> Step:
+    return replace(step, axis=-step.axis) if isinstance(step, Joint) else inverse(step)
 
 
 def check_length(file: RobotFile, passed: int) -> None:

@@ -40,31 +40,35 @@ def positions(file: RobotFile, moving: Iterable[str], mimic_of: MimicOf, fixed: 
         InputError: if ``fixed`` is not a mapping to numbers.
     """
     own = dict.fromkeys(moving)
-    mimics = _with_leaders(file, own, mimic_of)
-    held = _held(file, fixed, [*own, *(name for name in mimics if name not in own)])
-    found: dict[str, Led] = {}
-    for start in own:
-        walk, name = list[str](), start
-        while name not in found:
-            walk.append(name)
-            mimic = mimics[name]
-            if name in held or mimic is None or mimic.leader is None:
+    mimics: dict[str, Led | None] = {}
+    leaders_first: list[str] = []
+    for name in own:
+        walk = dict[str, None]()
+        while name not in mimics:
+            walk[name] = None
+            mimic = mimics[name] = mimic_of(name)
+            if mimic is None or mimic.leader is None:
                 break
             name = mimic.leader
-        for name in reversed(walk):
-            found[name] = _checked(file, name, _position(name, mimics[name], name in own, held, found))
-    return found
-
-
-def _position(name: str, mimic: Led | None, free: bool, held: Mapping[str, float], found: Mapping[str, Led]) -> Led:
-    if name in held:
-        return Led(None, 0.0, held[name])
-    if mimic is None:
-        return Led(name, 1.0, 0.0) if free else Led(None, 0.0, 0.0)
-    if mimic.leader is None:
-        return mimic
-    leader = found[mimic.leader]
-    return Led(leader.leader, mimic.factor * leader.factor, mimic.factor * leader.offset + mimic.offset)
+        else:
+            if name in walk:
+                got = "joints that follow each other in a cycle"
+                raise file.error(got, "one that leads", element=f"joint {shown(name)}")
+        leaders_first += reversed(walk)
+    held = _held(file, fixed, [*own, *(name for name in mimics if name not in own)])
+    found: dict[str, Led] = {}
+    for name in leaders_first:
+        mimic = mimics[name]
+        if name in held:
+            found[name] = _checked(file, name, Led(None, 0.0, held[name]))
+        elif mimic is None:
+            found[name] = Led(name, 1.0, 0.0) if name in own else Led(None, 0.0, 0.0)
+        elif mimic.leader is None:
+            found[name] = mimic
+        else:
+            leader = found[mimic.leader]
+            found[name] = Led(leader.leader, mimic.factor * leader.factor, mimic.factor * leader.offset + mimic.offset)
+    return {name: _checked(file, name, found[name]) for name in own}
 
 
 def _checked(file: RobotFile, name: str, led: Led) -> Led:
@@ -75,24 +79,6 @@ def _checked(file: RobotFile, name: str, led: Led) -> Led:
         got = f"a joint that makes {led.factor:g} times the motion of joint {shown(led.leader)}"
         raise file.error(got, f"a factor {limits}", element=element)
     return led if led.factor else Led(None, 0.0, led.offset)
-
-
-def _with_leaders(file: RobotFile, moving: Iterable[str], mimic_of: MimicOf) -> dict[str, Led | None]:
-    """Whom the moving joints follow, whom their leaders follow, and so on."""
-    mimics: dict[str, Led | None] = {}
-    for name in moving:
-        walk = set[str]()
-        while name not in mimics:
-            walk.add(name)
-            mimic = mimics[name] = mimic_of(name)
-            if mimic is None or mimic.leader is None:
-                break
-            name = mimic.leader
-        else:
-            if name in walk:
-                got = "joints that follow each other in a cycle"
-                raise file.error(got, "one that leads", element=f"joint {shown(name)}")
-    return mimics
 
 
 def _held(file: RobotFile, fixed: Any, choices: list[str]) -> dict[str, float]:

@@ -15,11 +15,11 @@ import numpy as np
 from stillreach._door import FloatArray
 from stillreach._formats import advice
 from stillreach._rotations import from_quaternions
-from stillreach.arm.chain import Chain, Step, assembled, backwards, check_length, way
+from stillreach.arm.chain import Chain, Step, along, assembled, check_length, way
 from stillreach.arm.joint import Joint
 from stillreach.arm.led import Led
 from stillreach.arm.placements import inverse, moved, translation, turned
-from stillreach.arm.robot_file import RobotFile, listing, read
+from stillreach.arm.robot_file import RobotFile, read
 from stillreach.arm.robot_xml import parse
 from stillreach.errors import MissingExtraError, RobotFileError
 
@@ -103,36 +103,23 @@ class _Bodies:
                 self.couplings[int(model.eq_obj1id[i])] = (int(model.eq_obj2id[i]), model.eq_data[i, :5])
 
     def chain(self, tip: Any, base: Any, fixed: Any) -> Chain:
-        start = 0 if base is None else self._body(base)
+        start = 0 if base is None else self.names.index(self.file.chosen("base", base, "a body", self.names))
         end, last = self._end(tip, start)
         passed = way(start, end, lambda body: int(self.model.body_parentid[body]) if body else None)
         check_length(self.file, int(sum(self.model.body_jntnum[body] for body, _ in passed)))
-        steps: list[Step] = []
-        for body, up in passed:
-            own = self._steps(body, up)
-            steps += backwards(own) if up else own
-        return assembled(self.file, self.title or self.file.stem, [*steps, last], self._mimic_of, fixed)
-
-    def _body(self, name: Any) -> int:
-        if isinstance(name, str) and name in self.names:
-            return self.names.index(name)
-        raise self.file.unknown(name, "a body", filter(None, self.names), argument="base")
+        steps = [*along(passed, self._steps), last]
+        return assembled(self.file, self.title or self.file.stem, steps, self._mimic_of, fixed)
 
     def _end(self, tip: Any, start: int) -> tuple[int, FloatArray]:
         """The body that carries the tip, and the tip's frame (4, 4) seen from that body."""
         if tip is None:
             parents = {start, *self.model.body_parentid.tolist()}
             leaves = tuple(name for i, name in enumerate(self.names) if i not in parents)
-            if len(leaves) != 1:
-                expected = f"the name of a body or site, because the tree has {len(leaves)} ends: {listing(leaves)}"
-                raise self.file.error("None", expected, argument="tip", choices=leaves)
-            tip = leaves[0]
-        if isinstance(tip, str) and tip in self.names:
+            tip = self.file.only(leaves, "the name of a body or site")
+        if self.file.chosen("tip", tip, "a body or a site", [*self.names, *self.sites]) in self.names:
             return self.names.index(tip), np.eye(4)
-        if isinstance(tip, str) and tip in self.sites:
-            site = self.sites.index(tip)
-            return int(self.model.site_bodyid[site]), _pose(self.model.site_pos[site], self.model.site_quat[site])
-        raise self.file.unknown(tip, "a body or a site", filter(None, [*self.names, *self.sites]), argument="tip")
+        site = self.sites.index(tip)
+        return int(self.model.site_bodyid[site]), _pose(self.model.site_pos[site], self.model.site_quat[site])
 
     def _steps(self, body: int, up: bool) -> list[Step]:
         """The steps from a body's parent to the body.

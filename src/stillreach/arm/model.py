@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,14 +18,18 @@ from stillreach._core import ArmModel, JointKind
 from stillreach._door import FloatArray
 from stillreach._labels import Labels
 from stillreach.arm.describe import describe, headline
-from stillreach.arm.dexterity import Asked, spectra
+from stillreach.arm.dexterity import LEAST_SPEED, LEAST_TURN, Asked, spectra
 from stillreach.arm.dh import DHRow, dh_chain
 from stillreach.arm.follower import Follower, Moving, chain, checked, note_of
 from stillreach.arm.joint import KINDS, Joint, named
 from stillreach.arm.limits import driven, limited
+from stillreach.arm.losses import Losses, losses
 from stillreach.arm.modules import module_chain
 from stillreach.arm.value import Value
 from stillreach.errors import InputError, UnknownJointError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
@@ -219,6 +223,11 @@ class Arm(Value):
         return codes
 
     @cached_property
+    def joint_units(self) -> tuple[str, ...]:
+        """(n,) unit of each joint's value, ``"rad"`` or ``"m"``."""
+        return tuple("m" if kind else "rad" for kind in self.kinds)
+
+    @cached_property
     def position_limits(self) -> FloatArray:
         """(n, 2) lower and upper limit of each joint [rad] or [m]."""
         return _door.frozen([joint.position_limits for joint in self.joints])
@@ -319,6 +328,46 @@ class Arm(Value):
             (...,) array; 0 where a direction of the task is lost, as with fewer joints than rows.
         """
         return spectra(self, q, task, joints, product=True)
+
+    def losses(
+        self,
+        q: npt.ArrayLike | None = None,
+        task: Asked | None = None,
+        *,
+        lost_below: tuple[float, float] = (LEAST_SPEED, LEAST_TURN),
+    ) -> Losses:
+        """What the loss of each joint costs: remaining manipulability, and directions that are lost.
+
+        Args:
+            q: (n,) joint values [rad] or [m], or by joint name; None: where the arm moves best, of a sample of its
+                range.
+            task: rows, axes and point; None: all six rows at the arm's tool.
+            lost_below: speeds [m/s] and [rad/s]; a direction in which full rates give less is lost. Joints without a
+                rate limit count with 1 rad/s or 1 m/s.
+
+        Returns:
+            What is left without each joint; ``print`` shows it as a table with a verdict.
+
+        Raises:
+            InputError: if an argument is invalid.
+        """
+        return losses(self, q, task, lost_below)
+
+    def plot(self, q: npt.ArrayLike, *, failed: Iterable[str | int] = ()) -> Figure:
+        """A picture of the arm.
+
+        Args:
+            q: (n,) joint values [rad] or [m], or by joint name.
+            failed: names or indices of joints to draw as failed.
+
+        Raises:
+            InputError: if an argument is invalid.
+            MissingExtraError: matplotlib is not installed (extra ``plot``).
+        """
+        from stillreach.show.scene import arm_picture
+
+        at = _door.vector("q", q, self.n, labels=self.labels)
+        return arm_picture(self, at, [self.joint_index(joint) for joint in failed])
 
     def joint_index(self, joint: str | int) -> int:
         """0-based index of a joint.

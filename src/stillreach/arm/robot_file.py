@@ -48,6 +48,19 @@ class RobotFile:
         expected = f"{what}: {listing(names)}{did_you_mean(value, names)}"
         return self.error(shown(value), expected, choices=names, **place)
 
+    def chosen(self, argument: str, value: Any, what: str, choices: Iterable[str]) -> str:
+        """The value if it is one of the choices; else RobotFileError lists those that have a name."""
+        if isinstance(value, str) and value in choices:
+            return value
+        raise self.unknown(value, what, filter(None, choices), argument=argument)
+
+    def only(self, ends: tuple[str, ...], what: str) -> str:
+        """The one end of a tree, for a tip of None; else RobotFileError lists them."""
+        if len(ends) == 1:
+            return ends[0]
+        expected = f"{what}, because the tree has {len(ends)} ends: {listing(ends)}"
+        raise self.error("None", expected, argument="tip", choices=ends)
+
 
 def read(source: Any, kind: str, *, also: str = "") -> RobotFile:
     """Read a file, or take text that is one.

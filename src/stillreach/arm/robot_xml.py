@@ -78,16 +78,14 @@ class Element:
 
     def number(self, name: str, default: float, largest: float = math.inf) -> float:
         """The number in an attribute; the default where it is missing."""
-        text = self.attributes.get(name)
+        text = self._text(name)
         return default if text is None else self._number(name, text, largest)
 
     def numbers(self, name: str, count: int, default: Sequence[float] | None = None, largest: float = math.inf) -> Any:
         """The ``count`` numbers in an attribute; None as default: they are required."""
-        text = self.attributes.get(name)
+        text = self._text(name)
         if text is None and default is not None:
             return tuple(default)
-        if text is not None and "$" in text:
-            raise self.error(f"xacro in {name}={shown(text)}", XACRO_ADVICE)
         words = [] if text is None else text.split()
         if len(words) != count:
             got = f"no {name}" if text is None else f"{len(words)} numbers in {name}={shown(text)}"
@@ -95,9 +93,13 @@ class Element:
             raise self.error(got, f"{count} numbers, e.g. {name}='{example}'")
         return tuple(self._number(name, word, largest) for word in words)
 
+    def _text(self, name: str) -> str | None:
+        text = self.attributes.get(name)
+        if text is not None and "$" in text:
+            raise self.error(f"xacro in {name}={shown(text)}", XACRO_ADVICE)
+        return text
+
     def _number(self, name: str, word: str, largest: float) -> float:
-        if "$" in word:
-            raise self.error(f"xacro in {name}={shown(word)}", XACRO_ADVICE)
         number = float(word) if NUMBER.fullmatch(word.strip()) else math.nan
         if not math.isfinite(number):
             raise self.error(f"{name}={shown(word)}", "a finite number, e.g. '0.5'")

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from stillreach.arm.chain import Chain, Step, assembled, backwards, check_length, way
+from stillreach.arm.chain import Chain, Step, along, assembled, check_length, way
 from stillreach.arm.joint import Joint
 from stillreach.arm.led import Led
-from stillreach.arm.robot_file import listing, read, shown
+from stillreach.arm.robot_file import read, shown
 from stillreach.arm.robot_xml import XACRO, XACRO_ADVICE, Element, parse
 from stillreach.arm.urdf_joint import read_joint
 from stillreach.arm.urdf_tree import Tree, build_tree
@@ -41,26 +41,14 @@ class _Urdf:
         self.read: dict[str, tuple[list[Step], Led | None]] = {}
 
     def chain(self, tip: Any, base: Any, fixed: Any) -> Chain:
-        start = self.tree.root if base is None else self._link("base", base)
-        passed = way(start, self._only_leaf(start) if tip is None else self._link("tip", tip), self.tree.parent)
-        check_length(self.file, len(passed))
-        steps: list[Step] = []
-        for link, up in passed:
-            own = self._steps(link, up)
-            steps += backwards(own) if up else own
-        return assembled(self.file, self.root.word("name") or self.file.stem, steps, self._mimic_of, fixed)
-
-    def _link(self, argument: str, value: Any) -> str:
-        if isinstance(value, str) and value in self.tree.links:
-            return str(value)
-        raise self.file.unknown(value, "a link of the file", self.tree.links, argument=argument)
-
-    def _only_leaf(self, base: str) -> str:
-        leaves = self.tree.leaves(base)
-        if len(leaves) == 1:
-            return leaves[0]
-        expected = f"a link's name, because the tree has {len(leaves)} ends: {listing(leaves)}"
-        raise self.file.error("None", expected, argument="tip", choices=leaves)
+        file, tree = self.file, self.tree
+        start = tree.root if base is None else file.chosen("base", base, "a link of the file", tree.links)
+        if tip is None:
+            tip = file.only(tree.leaves(start), "a link's name")
+        passed = way(start, file.chosen("tip", tip, "a link of the file", tree.links), tree.parent)
+        check_length(file, len(passed))
+        name = self.root.word("name") or file.stem
+        return assembled(file, name, along(passed, self._steps), self._mimic_of, fixed)
 
     def _steps(self, link: str, up: bool) -> list[Step]:
         """The steps from a link's parent to the link."""

@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stillreach.faults import Fault
-from stillreach.show.style import HEALTH_COLOURS
-from stillreach.show.words import in_picture
+from stillreach.show.style import HEALTH_COLOURS, in_picture
 from stillreach.simulation import Scenario
+from stillreach.simulation.account import fault_groups
 from stillreach.status import Health
 
 if TYPE_CHECKING:
@@ -31,21 +30,6 @@ class Moment:
     text: str
     colour: str = HEALTH_COLOURS[Health.LOCKED]
     better: bool = False
-
-
-def fault_groups(scenario: Scenario, names: Sequence[str]) -> list[tuple[str, Fault]]:
-    """Faults in words, those of one kind and time together: ``j2, j4 locked``, each with the first of them.
-
-    Args:
-        scenario: whose faults.
-        names: (n,) what to call its joints.
-    """
-    found: dict[tuple[str, float, float | None], tuple[list[str], Fault]] = {}
-    for fault in scenario.faults:
-        joint = scenario.arm.joint_index(fault.joint)
-        what = fault.kind.sentence(slides=bool(scenario.arm.kinds[joint]))
-        found.setdefault((what, fault.at, fault.until), ([], fault))[0].append(names[joint])
-    return [(f"{', '.join(joints)} {what}", fault) for (what, _, _), (joints, fault) in found.items()]
 
 
 def moments(scenario: Scenario, end: float) -> list[Moment]:

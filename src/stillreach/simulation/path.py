@@ -29,12 +29,14 @@ class Stretch:
 
     Args:
         plan: the course from where it begins.
+        goal: the argument of the course that says where it leads.
         duration: its own [s].
         first, end: its first and last tick.
         period: time between ticks [s].
     """
 
     plan: Plan
+    goal: str
     duration: float
     first: int
     end: int
@@ -79,7 +81,7 @@ def stretches(
                 plan = part.plan(T_start)
             except InputError as error:
                 raise InputError(f"motion[{place}].{error.argument}", error.got, error.expected) from None
-            found[place] = Stretch(plan, part.duration, first, end, period)
+            found[place] = Stretch(plan, part.goal, part.duration, first, end, period)
             T_start = plan.at(np.array([part.duration]))[0][0]
     return found
 

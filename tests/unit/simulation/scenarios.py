@@ -1,5 +1,7 @@
 """Scenarios that the simulation is tested on."""
 
+from dataclasses import replace
+
 import numpy as np
 
 import stillreach as sr
@@ -18,6 +20,11 @@ def eight_joints_start():
 def waving(t):
     """A smooth twist that is never the same twice."""
     return [0.3 * np.cos(2 * t), 0.2 * np.sin(3 * t), 0.1 * t, 0.2 * np.sin(t), -0.1, 0.3 * np.cos(t)]
+
+
+def first_ticks(run, ticks):
+    """A run that Ctrl-C ended after so many ticks."""
+    return replace(run, interrupted=True, **{name: array[:ticks] for name, array in run.arrays().items()})
 
 
 def small_run(**changes):

@@ -11,7 +11,6 @@ from scipy.optimize import least_squares
 import stillreach as sr
 from stillreach._rotations import log
 from stillreach.simulation.commanded import commanded
-from stillreach.simulation.summary import summary
 
 FOLDER = Path(sr.__file__).parent / "scenarios"
 
@@ -68,7 +67,7 @@ def test_a_panda_without_its_elbow_brings_the_bucket_to_its_place():
 
 def test_a_panda_without_its_elbow_cannot_keep_the_whole_attitude():
     scenario = replace(sr.Scenario.load("panda-elbow"), task=sr.Task())
-    found = summary(scenario, sr.simulate(scenario))
+    found = sr.simulate(scenario).summary()
     assert not found.finished
     assert found.goal_distance > 0.05
     assert nearest(scenario) > 0.05
@@ -127,7 +126,7 @@ def test_hot_drives_slow_the_tool_down_and_it_arrives_late_without_leaving_the_l
     assert shift[-1] < 1e-3
     assert np.max(np.linalg.norm(off, axis=1)) < 1e-5
     assert np.max(turn) < 1e-6
-    assert summary(scenario, run).beside < 1e-5
+    assert run.summary().beside < 1e-5
     assert np.all(np.diff(moved @ along) > -1e-6)
     least = sr.simulate(replace(scenario, law=sr.LeastError())).pose[:, :3, 3] - run.pose[0, :3, 3]
     assert np.max(np.linalg.norm(least - np.outer(least @ along / (along @ along), along), axis=1)) > 0.01
@@ -137,7 +136,7 @@ def test_hot_drives_slow_the_tool_down_and_it_arrives_late_without_leaving_the_l
 def test_each_arrives_but_the_one_that_shows_a_limit_and_says_so(name):
     scenario = sr.Scenario.load(name)
     told = "does not arrive" in " ".join(scenario.description.split())
-    assert summary(scenario, sr.simulate(scenario)).finished is not told
+    assert sr.simulate(scenario).summary().finished is not told
     assert told is (name == "paper-example-2")
 
 

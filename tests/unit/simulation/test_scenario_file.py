@@ -100,7 +100,7 @@ weights = { length = 2, angle = 3, task = [1, 2, 3, 4, 5, 6], joints = [1, 2, 3]
     assert (scenario.name, scenario.period, scenario.duration) == ("all of them", 0.02, 3.0)
     assert (scenario.integrator, scenario.loop, scenario.track_gain) == ("rk4", "closed", 3.5)
     assert scenario.track_limits == (10 * 0.0254, np.inf)
-    np.testing.assert_array_equal(scenario.velocity_limits, [1.0, 90 * DEGREE, 1.0])
+    np.testing.assert_array_equal(scenario.velocity_limits[:, 1], [1.0, 90 * DEGREE, 1.0])
     np.testing.assert_allclose(
         scenario.position_limits, [[-np.pi / 2, np.pi / 2], [-np.inf, np.inf], [0, np.pi]], rtol=1e-15
     )

@@ -62,8 +62,8 @@ def test_the_same_scenario_gives_the_same_run():
 def test_no_rate_limit_is_said_so():
     run = small_run(velocity_limits=np.inf, law=sr.Pseudoinverse(), faults=())
     assert np.all(np.isinf(run.upper))
-    assert run.attrs["velocity_limits"] == "infinite: no rate limit"
-    assert small_run().attrs["velocity_limits"] == "see lower and upper"
+    assert np.all(np.isinf(run.scenario.velocity_limits))
+    assert small_run().scenario.velocity_limits is None  # the arm's
 
 
 @pytest.mark.parametrize(
