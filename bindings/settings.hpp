@@ -9,7 +9,6 @@
 #include "stillreach/dispatch.hpp"
 
 using stillreach::kernel;
-
 using stillreach::to_size;
 
 struct Law {

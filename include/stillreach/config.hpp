@@ -8,7 +8,7 @@ using size_t = decltype(sizeof 0);
 using ptrdiff_t = long long;
 using int8_t = signed char;
 using int32_t = int;
-}
+}  // namespace std
 #else
 #include <cmath>
 #include <cstddef>

@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from stillreach import insight as insight
     from stillreach import null_motions as null_motions
     from stillreach._core import Solution as Solution
-    from stillreach._cpp import get_cmake_dir as get_cmake_dir
-    from stillreach._cpp import get_include as get_include
+    from stillreach._cpp import *
     from stillreach.arm import *
     from stillreach.batch import *
     from stillreach.bounds import *
@@ -32,14 +31,8 @@ if TYPE_CHECKING:
 
 # Names are imported on first use: `stillreach --version` needs none of them, nor NumPy.
 _MODULES = ("arms", "errors", "insight", "null_motions")
-_SINGLE = {
-    "InputError": "errors",
-    "StillreachError": "errors",
-    "Solution": "_core",
-    "get_cmake_dir": "_cpp",
-    "get_include": "_cpp",
-}
-_WHOLE = ("status", "arm", "bounds", "faults", "task", "laws", "batch", "rollouts", "control", "simulation")
+_SINGLE = {"InputError": "errors", "StillreachError": "errors", "Solution": "_core"}
+_WHOLE = ("_cpp", "status", "arm", "bounds", "faults", "task", "laws", "batch", "rollouts", "control", "simulation")
 """Modules whose ``__all__`` is public here, those that need least first."""
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+__all__ = ["get_cmake_dir", "get_include"]
+
 _PACKAGE = Path(__file__).resolve().parent
 
 
