@@ -1,8 +1,6 @@
 """`stillreach paper` from end to end."""
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +9,7 @@ import pytest
 import stillreach as sr
 from stillreach.paper import examples
 from stillreach.paper.figures import PICTURES
+from tests.commands import run_command
 
 RUNS = (
     "example-1-free",
@@ -93,10 +92,9 @@ def test_the_free_run_of_example_2_costs_less_than_the_default_price():
 
 def test_step_duration_and_lengths_are_the_user_s(tmp_path):
     options = ["--step", "0.5", "--duration", "10", "--lengths", ",".join(["0.7"] * 6)]
-    command = [sys.executable, "-m", "stillreach", "paper", "--out", str(tmp_path), *options]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 1  # with another arm some statements stand otherwise
-    assert "✗" in done.stdout
+    done = run_command("paper", "--out", tmp_path, *options)
+    assert done.code == 1  # with another arm some statements stand otherwise
+    assert "✗" in done.out
     run = sr.Run.load(tmp_path / "example-1-free.nc")
     assert len(run) == 21
     arm = sr.arms.nasa_modular(lengths=[0.7] * 6)
@@ -106,18 +104,16 @@ def test_step_duration_and_lengths_are_the_user_s(tmp_path):
 
 def test_a_folder_that_cannot_be_made_is_named(tmp_path):
     (tmp_path / "taken").write_text("a file")
-    command = [sys.executable, "-m", "stillreach", "paper", "--out", str(tmp_path / "taken")]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
-    assert done.returncode != 0
-    assert "taken" in done.stderr
-    assert len(done.stderr.splitlines()) == 1
+    done = run_command("paper", "--out", tmp_path / "taken")
+    assert done.code == 2
+    assert "taken" in done.err
+    assert len(done.err.splitlines()) == 1
 
 
 @pytest.mark.parametrize("option", [("--step", "0"), ("--step", "2"), ("--duration", "-1"), ("--lengths", "1,2,3")])
 def test_an_option_that_cannot_be_is_refused_before_anything_is_computed(tmp_path, option):
-    command = [sys.executable, "-m", "stillreach", "paper", "--out", str(tmp_path / "new"), *option]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
-    assert done.returncode != 0
-    assert option[0].strip("-") in done.stderr
-    assert len(done.stderr.splitlines()) == 1
+    done = run_command("paper", "--out", tmp_path / "new", *option)
+    assert done.code == 2
+    assert option[0].strip("-") in done.err
+    assert len(done.err.splitlines()) == 1
     assert not (tmp_path / "new").exists()

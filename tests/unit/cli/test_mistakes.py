@@ -49,7 +49,7 @@ MISTAKES = {
         ("inspect", "canadarm2", "--fixed", "a=x"),
         "expected a number, bare or with rad or deg or m or cm or mm or in or ft\n",
     ),
-    "a fraction above one": (("run", "reach.toml", "--fail", "j2:derated=2"), "at most 1"),
+    "a fraction above one": (("run", "reach.toml", "--fail", "j2:derated=2"), "0 to 1"),
     "another unit": (("run", "reach.toml", "--within", "5s"), "mm"),
     "too many tolerances": (("run", "reach.toml", "--within", "5mm,1deg,1"), "5mm,1deg"),
     "a negative tolerance": (("run", "reach.toml", "--within", "-5mm"), "at least 0"),
