@@ -143,6 +143,13 @@ def test_a_missing_package_is_answered_with_the_command_that_installs_it(package
     assert f"pip install 'stillreach[{extra}]'" in done.stdout
 
 
+def test_a_run_without_ticks_has_no_summary_and_no_picture():
+    empty = first_ticks(small_run(), 0)
+    for call in (empty.summary, empty.plot):
+        with pytest.raises(sr.InputError, match="run: got no tick"):
+            call()
+
+
 def test_a_run_tells_its_name_ticks_arm_and_law():
     run = small_run()
     assert repr(run) == "<Run 'a small run': 31 ticks of 50 ms, eight joints, SingularityRobust>"
