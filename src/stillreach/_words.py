@@ -66,7 +66,7 @@ def share(part: float) -> str:
     return f"{100 * part:.0f} %" if part >= 0.01 else f"{100 * part:.1g} %"
 
 
-def listed(names: Sequence[str], word: str) -> str:
+def joined(names: Sequence[str], word: str) -> str:
     """Names in a sentence: ``j1, j2 and j4``; of many the first ones, and how many more."""
     if len(names) > NAMED:
         return f"{', '.join(names[:NAMED])} {word} {len(names) - NAMED} more"

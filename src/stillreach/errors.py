@@ -161,7 +161,7 @@ class SimulationInterrupted(StillreachError, KeyboardInterrupt):
     """Ctrl-C ended a simulation; nothing that was computed is lost.
 
     Args:
-        run: the ``Run`` up to the last computed tick.
+        run: the ``Run`` up to the last computed tick; of ``compare`` the ``Comparison`` up to there.
     """
 
     def __init__(self, run: Any) -> None:

@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "chains.hpp"
-#include "kernels.hpp"
+#include "stillreach/dispatch.hpp"
 #include "stillreach/problem/workspace.hpp"
+
+using stillreach::kernel;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -143,8 +145,8 @@ struct Robot {
     answer.active = active.data();
   }
 
-  void fail(int joint, stillreach::Health kind = stillreach::Health::LOCKED, double value = 0.0) {
-    kernel().set_fault(state, joint, {kind, {value, 0.0}});
+  void fail(int joint, stillreach::Health kind = stillreach::Health::LOCKED, double first = 0.0, double second = 0.0) {
+    kernel().set_fault(state, joint, {kind, {first, second}});
   }
   void restore(int joint) { fail(joint, stillreach::Health::HEALTHY); }
 

@@ -327,6 +327,60 @@ void uneven_periods_brake_earlier() {
   CHECK_NEAR(robot.rates[0], 1.0, 1e-12);
 }
 
+// One joint that turns about the task's axis, pushed at 5 rad/s; at 1 rad/s at most, within 2 rad/s^2.
+Options one_joint(double period) {
+  Options o;
+  o.rows = {5};
+  o.acceleration = 2.0;
+  o.period = period;
+  return o;
+}
+const double kPush[6] = {0, 0, 0, 0, 0, 5};
+
+void a_confined_joint_stops_inside_and_comes_back_from_outside() {
+  for (const double period : {0.001, 0.002, 0.005, 0.01})
+    for (const double side : {1.0, -1.0}) {
+      Robot robot(planar_chain(1), law_settings(stillreach::LawKind::LEAST_ERROR), one_joint(period));
+      robot.fail(0, stillreach::Health::CONFINED, -0.4, 0.4);
+      double q[1] = {0.0}, twist[6] = {0, 0, 0, 0, 0, side * kPush[5]}, before = 0.0;
+      for (double t = 0.0; t < 2.0; t += period) {
+        CHECK(!(robot.tick(q, twist) & stillreach::LIMIT_GIVEN_UP));
+        CHECK(std::fabs(robot.rates[0] - before) <= 2.0 * period * (1 + 1e-9));
+        before = robot.rates[0];
+        q[0] += period * robot.rates[0];
+        CHECK(side * q[0] <= 0.4 + 1e-12);
+      }
+      CHECK(side * q[0] > 0.399);
+      q[0] = side * 0.7;  // outside, at rest
+      robot.last[0] = 0.0;
+      robot.tick(q, twist);
+      CHECK(robot.rates[0] == 0.0 && robot.state.lower[0] <= 0.0 && robot.state.upper[0] >= 0.0);
+      for (double& w : twist) w = -w;
+      for (double t = 0.0; t < 2.0; t += period) {
+        robot.tick(q, twist);
+        CHECK(side * robot.rates[0] <= 0.0);
+        q[0] += period * robot.rates[0];
+      }
+      CHECK(std::fabs(q[0]) <= 0.4 + 1e-12);
+    }
+}
+
+void a_one_way_joint_never_turns_back() {
+  for (const double side : {1.0, -1.0}) {
+    Robot robot(planar_chain(1), law_settings(stillreach::LawKind::LEAST_ERROR), one_joint(0.01));
+    const double q[1] = {0.0}, back[6] = {0, 0, 0, 0, 0, -side * kPush[5]};
+    robot.last[0] = side * 0.05;
+    robot.fail(0, stillreach::Health::ONE_WAY, side);
+    for (const double expected : {0.03, 0.01, 0.0, 0.0}) {
+      CHECK(!(robot.tick(q, back) & stillreach::LIMIT_GIVEN_UP));
+      CHECK_NEAR(side * robot.rates[0], expected, 1e-15);
+    }
+    robot.last[0] = -side * 0.5;  // it was on its way to the other side when it failed
+    CHECK(robot.tick(q, back) & stillreach::LIMIT_GIVEN_UP);
+    CHECK(robot.rates[0] == 0.0);
+  }
+}
+
 void rounded_poses_become_rigid() {
   const float c = std::cos(0.7f), s = std::sin(0.7f);
   const double T[16] = {c, -s, 0, 1, s, c, 0, 2, 0, 0, 1, 3, 0, 0, 1e-7, 1};
@@ -361,6 +415,8 @@ int main() {
   tracking_ends_at_the_target();
   new_limits_close_in();
   uneven_periods_brake_earlier();
+  a_confined_joint_stops_inside_and_comes_back_from_outside();
+  a_one_way_joint_never_turns_back();
   rounded_poses_become_rigid();
   return finish("tick");
 }

@@ -11,14 +11,8 @@ STILLREACH_BEGIN
 
 // The laws that solve_lanes() answers; the single tick answers all others.
 STILLREACH_INLINE bool has_lanes(LawKind law) {
-  switch (law) {
-    case LawKind::PSEUDOINVERSE:
-    case LawKind::SINGULARITY_ROBUST:
-    case LawKind::LEAST_ERROR:
-    case LawKind::KEEP_DIRECTION:
-      return true;
-  }
-  return false;
+  return law == LawKind::PSEUDOINVERSE || law == LawKind::SINGULARITY_ROBUST || law == LawKind::LEAST_ERROR ||
+         law == LawKind::KEEP_DIRECTION;
 }
 
 // Problems that lanes can answer at all.
@@ -171,18 +165,12 @@ inline Lanes solve_lanes(const LawSettings& law, const LaneProblem& p, bool deep
   good &= solve_wide<M>(s.column, s.k, s.rhs, wide(robust && law.damping == DampingKind::NUMBER ? law.kappa : 0.0), s.z, in,
                        law.kind == LawKind::LEAST_ERROR && law.parts > 0 ? kPricedCondition : kPlainCondition);
   good &= ordinary<M>(in.factor.trace, s.rhs);
-  switch (law.kind) {
-    case LawKind::PSEUDOINVERSE:
-      good = finish_pseudoinverse<M>(p, s, good, out);
-      break;
-    case LawKind::SINGULARITY_ROBUST:
-      good = finish_singularity_robust<M>(law, p, s, good, deep, in, out);
-      break;
-    case LawKind::LEAST_ERROR:
-    case LawKind::KEEP_DIRECTION:
-      good = finish_bounded<M>(law, p, s, good, deep, in, out);
-      break;
-  }
+  if (law.kind == LawKind::PSEUDOINVERSE)
+    good = finish_pseudoinverse<M>(p, s, good, out);
+  else if (robust)
+    good = finish_singularity_robust<M>(law, p, s, good, deep, in, out);
+  else
+    good = finish_bounded<M>(law, p, s, good, deep, in, out);
   if (any(good)) good &= report<M>(p, s, with_residual, out);
   return good;
 }

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from stillreach import _door
 from stillreach._door import FloatArray
-from stillreach._words import aligned, direction, listed, share, shown
+from stillreach._words import aligned, direction, joined, share, shown
 from stillreach.arm.dexterity import (
     LEAST_SPEED,
     LEAST_TURN,
@@ -121,7 +121,7 @@ class Losses:
         if len(always) == self.arm.n:
             text = "This arm can spare no joint: without any of them the tool loses a direction over most of the range"
         elif always:
-            text = f"What this arm can spare least {'is' if len(always) == 1 else 'are'} {listed(always, 'and')}: "
+            text = f"What this arm can spare least {'is' if len(always) == 1 else 'are'} {joined(always, 'and')}: "
             text += f"without {'it' if len(always) == 1 else 'any of them'} the tool loses a direction over most of "
             text += "the range"
         else:
@@ -132,7 +132,7 @@ class Losses:
             return f"{text}."
         if not here:
             return f"{text}. Here it can spare any one joint."
-        return f"{text}. Here it cannot spare {'any joint' if len(here) == self.arm.n else listed(here, 'or')}."
+        return f"{text}. Here it cannot spare {'any joint' if len(here) == self.arm.n else joined(here, 'or')}."
 
     def table(self) -> list[tuple[str, ...]]:
         """Cells of the table below its HEAD, a row a joint."""

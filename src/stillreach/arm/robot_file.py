@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from stillreach import _door
-from stillreach._messages import did_you_mean
+from stillreach._messages import did_you_mean, listed, short
 from stillreach._text import UTF_16_MARKS
 from stillreach.errors import RobotFileError
 
@@ -134,16 +134,9 @@ def _checked(file: RobotFile) -> RobotFile:
 
 def listing(names: tuple[str, ...]) -> str:
     """The names; of many, the first and how many more."""
-    if not names:
-        return "there is none"
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-    return ", ".join(_short(name) for name in names[:SHOWN]) + more
+    return listed(names, SHOWN) or "there is none"
 
 
 def shown(value: Any) -> str:
-    """A value from a file, short enough for a message."""
-    return repr(_short(value)) if isinstance(value, str) else _door.describe(value)
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= 80 else f"{text[:77]}..."
+    """A value from a file or an argument, short enough for a message."""
+    return short(repr(value)) if isinstance(value, str) else _door.describe(value)

@@ -51,12 +51,10 @@ def facts(found: Summary) -> dict[str, Any]:
 
 
 def _fault(scenario: Scenario, fault: Fault) -> dict[str, Any]:
-    from stillreach.simulation.document import kind_word
-
     joint = scenario.arm.joint_names[scenario.arm.joint_index(fault.joint)]
     return {
         "joint": joint,
-        "kind": kind_word(type(fault.kind)),
+        "kind": fault.kind.word,
         **vars(fault.kind),
         "at": fault.at,
         "until": fault.until,

@@ -257,6 +257,10 @@ class Controller(ControllerCore):
             bounds = of.swiftest(self._arm, self._task.tool, rates, self._limits.position)
         self._set_track_limits(*bounds)
 
+    def __repr__(self) -> str:
+        faults = ", ".join(f"{joint} {kind}" for joint, kind in self.faults.items()) or "no faults"
+        return f"<Controller of {self._arm.name}: {self._law}, {1000 * self.period:g} ms, {faults}>"
+
     def __setattr__(self, name: str, value: Any) -> None:
         try:
             super().__setattr__(name, value)

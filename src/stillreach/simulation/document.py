@@ -5,8 +5,7 @@ from __future__ import annotations
 import inspect
 import json
 import math
-import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NoReturn
 
@@ -15,35 +14,19 @@ import numpy as np
 from stillreach import _door
 from stillreach.arm import Arm, Follower, Joint
 from stillreach.errors import InputError
-from stillreach.faults import Confined, Derated, Fault, Locked, OneWay, Runaway
-from stillreach.laws import KeepDirection, LeastError, Pseudoinverse, SingularityRobust
-from stillreach.null_motions import Centring, Gradient, Manipulability, NullMotion, Posture, Rates
-from stillreach.simulation.motion import ConstantTwist
-from stillreach.simulation.pose_table import PoseTable
+from stillreach.faults import FAULTS, Fault
+from stillreach.laws import LAWS
+from stillreach.null_motions import NULL_MOTIONS, NullMotion
+from stillreach.simulation.motion import MOTIONS
 from stillreach.simulation.scenario import Scenario
-from stillreach.simulation.shapes import Circle, Line, Waypoints
+from stillreach.simulation.shapes import Waypoints
 from stillreach.task import Task, Weights
 
 FORMAT = 1
 """Of the document; one of another format is refused."""
 PYTHON = "python"
 """Kind of what only Python can hold: a function. Its name stands in its place."""
-
-
-def kind_word(kind: type) -> str:
-    """The word for a class: ``keep-direction`` for KeepDirection."""
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", "-", kind.__name__).lower()
-
-
-KINDS: dict[str, Callable[..., Any]] = {
-    kind_word(kind): kind
-    for kind in (
-        *(KeepDirection, LeastError, Pseudoinverse, SingularityRobust),
-        *(Locked, Derated, Runaway, Confined, OneWay),
-        *(ConstantTwist, Line, Circle, Waypoints, PoseTable),
-        *(Posture, Centring, Manipulability, Gradient, Rates),
-    )
-}
+KINDS: dict[str, Any] = {kind.word: kind for kind in (*LAWS, *FAULTS, *MOTIONS, *NULL_MOTIONS)}
 """Every law, fault, motion and null motion that a document can hold."""
 PARTS = (Arm, Joint, Follower, Task, Weights, Fault)
 """What else it is made of; their place says which they are."""
@@ -82,10 +65,10 @@ def scenario_data(scenario: Scenario) -> dict[str, Any]:
     Raises:
         InputError: a law, motion or null motion of a class that is not one of stillreach's.
     """
-    motion = scenario.null_motion
-    if isinstance(motion, NullMotion):
-        scenario = replace(scenario, null_motion=_in_joint_order(motion, scenario.arm))
-    return {"format": FORMAT, **_settings(scenario)}
+    values = {name: getattr(scenario, name) for name in inspect.signature(Scenario).parameters}
+    if isinstance(scenario.null_motion, NullMotion):
+        values["null_motion"] = _in_joint_order(scenario.null_motion, scenario.arm)
+    return {"format": FORMAT, **{name: _data(value) for name, value in values.items()}}
 
 
 def scenario_text(scenario: Scenario) -> str:
@@ -133,7 +116,7 @@ def _data(value: Any) -> Any:
     if isinstance(value, PARTS):
         return _settings(value)
     if type(value) in KINDS.values():
-        return {"kind": kind_word(type(value)), **_settings(value)}
+        return {"kind": value.word, **_settings(value)}
     if inspect.isroutine(value) or isinstance(value, NotStored):
         return {"kind": PYTHON, "name": value.__qualname__}
     raise InputError("scenario", _door.describe(value), f"what a record can hold: {', '.join(KINDS)}, or a function")

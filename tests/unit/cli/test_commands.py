@@ -92,7 +92,7 @@ def interrupted(arguments: list[str | Path], out: Path) -> tuple[int, str, str]:
     give_up = time.monotonic() + 60
     while not out.exists() and process.poll() is None and time.monotonic() < give_up:
         time.sleep(0.02)
-    time.sleep(0.5)
+    time.sleep(1.5)
     process.send_signal(signal.SIGINT)
     output, messages = process.communicate(timeout=60)
     return process.returncode, output, messages

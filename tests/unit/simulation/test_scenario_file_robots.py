@@ -23,7 +23,7 @@ def test_an_arm_with_a_slide_takes_lengths_and_angles_each_in_its_unit(load):
     scenario = load(
         'start = [200, 90, 0]\nvelocity_limits = [500, 90, 90]\n[units]\nlength = "mm"\nangle = "deg"\n'
         + RAIL
-        + '[[motion]]\nkind = "wait"\nduration = 1\n'
+        + WAIT
         + '[[faults]]\njoint = "rail"\nkind = "runaway"\nrate = 100\n'
     )
     rows = [
@@ -34,7 +34,7 @@ def test_an_arm_with_a_slide_takes_lengths_and_angles_each_in_its_unit(load):
     q = [0.2, np.pi / 2, 0.0]
     np.testing.assert_allclose(scenario.start, q, rtol=1e-15)
     np.testing.assert_allclose(scenario.arm.forward(q), sr.Arm.from_dh(rows).forward(q), atol=1e-15)
-    np.testing.assert_allclose(scenario.velocity_limits, [0.5, np.pi / 2, np.pi / 2], rtol=1e-15)
+    np.testing.assert_allclose(scenario.velocity_limits[:, 1], [0.5, np.pi / 2, np.pi / 2], rtol=1e-15)
     assert scenario.faults[0].kind == sr.Runaway(100 * 0.001)
 
 

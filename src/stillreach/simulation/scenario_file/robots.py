@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
+from stillreach._formats import FORMATS
 from stillreach._forms import Integer, Number, Text, Word
 from stillreach._kinds import Choice, Key, Table, keys_for
 from stillreach._lists import MOST_JOINTS, List, Named
@@ -19,7 +21,7 @@ LENGTH, ANGLE, NAME = Number("length"), Number("angle"), Text()
 LENGTHS = List(Number("length", least=0.0))
 NAMES = {"anyOf": [{"enum": sorted(BUILDERS)}, {"pattern": f"^({'|'.join(SIZED)})[0-9]{{1,4}}$"}]}
 """Of built-in arms, for editors."""
-FILES = {"urdf": Arm.from_urdf, "mjcf": Arm.from_mjcf}
+FILES: dict[str, Callable[..., Arm]] = {name: getattr(Arm, f"from_{name}") for name in FORMATS}
 
 
 class Robot(Choice):
@@ -54,15 +56,16 @@ def _from_file(values: dict[str, Any], reading: Reading) -> Arm:
         raise InputError(kind, f"a robot file that {error.extra} reads, which is not installed", str(error)) from None
 
 
-def _file_table(kind: str, text: str) -> Table:
+def _file_table(kind: str) -> Table:
+    file = FORMATS[kind]
     own = keys_for(
         FILES[kind],
         **{kind: (Text(), f"The file, {WHERE}")},
-        tip=(NAME, "Link (URDF), body or site (MJCF) that carries the tool"),
-        base=(NAME, "Link or body that the arm stands on; the root if absent"),
+        tip=(NAME, f"The {file.tip} that carries the tool"),
+        base=(NAME, "What the arm stands on, likewise; the root if absent"),
         fixed=(Named(Number("joint")), "Joints that are held at a value and are no part of the arm"),
     )
-    return Table(f"{kind.upper()}Robot", text, own, _from_file)
+    return Table(f"{file.word}Robot", f"A robot from a file in {file.word}.", own, _from_file)
 
 
 ROW = Table(
@@ -120,7 +123,6 @@ ROBOT = Robot(
             ),
             lambda values, reading: Arm.from_dh(values.pop("dh"), **values),
         ),
-        "urdf": _file_table("urdf", "A robot from a URDF file."),
-        "mjcf": _file_table("mjcf", "A robot from an MJCF file (MuJoCo)."),
+        **{kind: _file_table(kind) for kind in FORMATS},
     }
 )
