@@ -137,7 +137,7 @@ static void check_tick(const AnyController& c, const Numbers& q, const Numbers& 
     if (fault.health == Health::LOCKED || fault.health == Health::RUNAWAY || c.s.law.kind == LawKind::PSEUDOINVERSE) continue;
     const double left = fault.health == Health::DERATED ? fault.number[0] : 1.0;
     if (fault.health == Health::ONE_WAY) expect(rate * fault.number[0] >= 0.0, "a one-way joint keeps its direction", d);
-    if (fault.health == Health::CONFINED) {
+    if (fault.health == Health::CONFINED && std::isfinite(q[i])) {
       const double slack = 1e-9 * (std::fabs(q[i]) + std::fabs(period * rate)) + 1e-300, next = q[i] + period * rate;
       expect(!(q[i] >= fault.number[1]) || rate <= 0.0, "a confined joint moves no further out", d);
       expect(!(q[i] <= fault.number[0]) || rate >= 0.0, "a confined joint moves no further out", d);

@@ -28,9 +28,7 @@ struct LaneBox {
   Wide residual[kRows], dual[kRows], condition;  // of the last solve
 };
 
-struct LaneObjective {
-  Wide error, norm;
-};
+using LaneObjective = ObjectiveOf<Wide>;
 
 template <int M>
 inline LaneObjective objective(const LaneBox<M>& b, const Wide* rhs, const Wide* z) {
@@ -39,11 +37,6 @@ inline LaneObjective objective(const LaneBox<M>& b, const Wide* rhs, const Wide*
   LaneObjective o{dot<M>(e, e), wide(0.0)};
   for (int i = 0; i < b.k; ++i) o.norm = madd(z[i], z[i], o.norm);
   return o;
-}
-
-STILLREACH_INLINE Lanes lower_than(const LaneObjective& a, const LaneObjective& b, Wide noise) {
-  const Wide slack = wide(kDescent) * b.error + noise;
-  return (a.error < b.error - slack) | ((a.error <= b.error + slack) & (a.norm < b.norm * wide(1.0 - kDescent)));
 }
 
 STILLREACH_INLINE LaneObjective select(Lanes where, const LaneObjective& a, const LaneObjective& b) {

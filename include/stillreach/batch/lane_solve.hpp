@@ -23,6 +23,31 @@ struct LaneInner {
   Wide dual[kRows];
 };
 
+// Columns as factor.hpp's templates read them.
+struct LaneColumns {
+  const Wide* const* column;
+  STILLREACH_INLINE const Wide* operator()(int j) const { return column[j]; }
+  // w = weight times the column of the joint whose number each lane holds.
+  STILLREACH_INLINE void weigh(int m, Wide joint, Wide weight, Wide* w) const {
+    const Wide* chosen[kLanes];
+    for (int l = 0; l < kLanes; ++l) chosen[l] = column[static_cast<int>(joint[l])];
+    for (int r = 0; r < m; ++r) w[r] = pick(chosen, r) * weight;
+  }
+};
+
+template <int M>
+STILLREACH_INLINE Wide factor(Rows<M>, LaneFactor<M>& f) {
+  return factor<M, Wide>(f);
+}
+template <int M>
+STILLREACH_INLINE void solve(Rows<M>, const LaneFactor<M>& f, const Wide* b, Wide* x) {
+  solve<M, Wide>(f, b, x);
+}
+template <int M>
+STILLREACH_INLINE Wide inverse_norm(Rows<M>, const LaneFactor<M>& f, const Wide* b) {
+  return inverse_norm<M, Wide>(f, b);
+}
+
 // Rows FIRST to LAST - 1 of the Gram matrix: so few that their sums stay in registers.
 template <int M, int FIRST, int LAST>
 STILLREACH_INLINE void gram_rows(const Wide* const* column, int count, Wide kappa, LaneFactor<M>& f) {
@@ -52,9 +77,7 @@ STILLREACH_INLINE void gram(const Wide* const* column, int count, Wide kappa, La
 
 template <int M>
 STILLREACH_INLINE Wide dot(const Wide* a, const Wide* b) {
-  Wide sum = wide(0.0);
-  STILLREACH_UNROLL for (int r = 0; r < M; ++r) sum = madd(a[r], b[r], sum);
-  return sum;
+  return dot(Rows<M>{M}, a, b);
 }
 
 // residual = b - A z.

@@ -54,9 +54,11 @@ STILLREACH_INLINE double weighted(const Box& b, const double* z, int i) {
 }
 
 // Value of the objective: first the task error, then the norm (added up where kappa > 0).
-struct Objective {
-  double error, norm;
+template <class T>
+struct ObjectiveOf {
+  T error, norm;
 };
+using Objective = ObjectiveOf<double>;
 
 template <int M>
 inline Objective objective(Rows<M> m, const Box& b, const double* rhs, const double* z) {
@@ -71,10 +73,10 @@ inline Objective objective(Rows<M> m, const Box& b, const double* rhs, const dou
   return o;
 }
 
-STILLREACH_INLINE bool lower_than(const Objective& a, const Objective& b, double noise) {
-  const double slack = kDescent * b.error + noise;
-  if (a.error < b.error - slack) return true;
-  return a.error <= b.error + slack && a.norm < b.norm * (1.0 - kDescent);
+template <class T>
+STILLREACH_INLINE Where<T> lower_than(const ObjectiveOf<T>& a, const ObjectiveOf<T>& b, T noise) {
+  const T slack = fill<T>(kDescent) * b.error + noise;
+  return (a.error < b.error - slack) | ((a.error <= b.error + slack) & (a.norm < b.norm * fill<T>(1.0 - kDescent)));
 }
 
 // Careful: by singular values in any case.

@@ -135,17 +135,9 @@ inline double exact_damping(DampingSearch& d, NormKind norm, int& steps, bool& c
 
 // Eq. (16): kappa = [|V| |U' twist| / 2 dq_max]^2 with both norms inf, or both 2. `square` holds sigma^2.
 inline double closed_form_damping(const DampingSearch& d, NormKind norm) {
+  if (norm == NormKind::MAXIMUM) return closed_form_damping(d.rank, d.shapes, 6, d.k, d.limit, d.beta, d.square);
   double left = 0.0, right = 0.0, inverse[kRows];
   for (int j = 0; j < d.rank; ++j) inverse[j] = 1.0 / square_root(d.square[j]);
-  if (norm == NormKind::MAXIMUM) {
-    for (int i = 0; i < d.k; ++i) {
-      double sum = 0.0;
-      for (int j = 0; j < d.rank; ++j) sum = madd(magnitude(d.shapes[6 * i + j]), inverse[j], sum);
-      left = larger(left, sum * d.limit[i]);
-    }
-    for (int j = 0; j < d.rank; ++j) right = larger(right, magnitude(d.beta[j]));
-    return 0.25 * left * left * right * right;
-  }
   double product[kRows][kStride] = {};  // (shapes / sigma)' (shapes / sigma); its largest eigenvalue is |V|_2^2
   for (int i = 0; i < d.k; ++i) {
     double row[kRows];

@@ -50,7 +50,9 @@ inline double choose_damping(Rows<M> m, const LawSettings& law, const System& s,
   double kappa;
   if (harmless && law.damping == DampingKind::EXACT && !s.full && !offset) {
     for (int j = 0; j < s.k; ++j) w.target[j] = w.z[j];
-    harmless = exact_damping(m, w.columns, s.k, s.rhs, w.limit, law.norm, in, w.target, kappa, out.iterations);
+    double steps;
+    harmless = exact_damping(m, StridedColumns{w.columns}, s.k, s.rhs, w.limit, law.norm, true, in.factor, in.dual, w.target, kappa, steps);
+    out.iterations = static_cast<int>(steps);
     for (int j = 0; harmless && j < s.k; ++j) w.z[j] = w.target[j];
     if (harmless) return kappa;
   }

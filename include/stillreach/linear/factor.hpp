@@ -151,11 +151,20 @@ inline STILLREACH_NOINLINE double inverse_norm(Rows<0> m, const Factor& f, const
   return with_rows(m.value, [&](auto rows) { return inverse_norm(rows, f, b); });
 }
 
-template <int M>
-STILLREACH_INLINE double dot(Rows<M> m, const double* a, const double* b) {
-  double sum = 0.0;
-  for (int r = 0; r < m(); ++r) sum = madd(a[r], b[r], sum);
+template <class T, int M>
+STILLREACH_INLINE T dot(Rows<M> m, const T* a, const T* b) {
+  const int rows = m();  // the compiler drops the annotation of a loop that calls
+  T sum = fill<T>(0.0);
+  STILLREACH_UNROLL for (int r = 0; r < rows; ++r) sum = madd(a[r], b[r], sum);
   return sum;
+}
+
+// Of the entries' sizes.
+template <class T, int M>
+STILLREACH_INLINE T largest_of(Rows<M> m, const T* a) {
+  T size = fill<T>(0.0);
+  for (int r = 0; r < m(); ++r) size = larger(size, magnitude(a[r]));
+  return size;
 }
 
 template <int M>

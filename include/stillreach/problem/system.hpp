@@ -28,17 +28,25 @@ STILLREACH_INLINE double power_of_two_near(double a) {
 STILLREACH_INLINE double scaling_unit(double a) { return a == 0.0 || (a > 1e-60 && a < 1e60) ? 1.0 : power_of_two_near(a); }
 
 // y = R x, R upper triangular or null for the identity.
-template <int M>
-STILLREACH_INLINE void apply_rows(Rows<M> m, const double* R, const double* x, double* y) {
-  for (int r = 0; r < m(); ++r) {
+template <class T, int M>
+STILLREACH_INLINE void apply_rows(Rows<M> m, const double* R, const T* x, T* y) {
+  const int rows = m();
+  STILLREACH_UNROLL for (int r = 0; r < rows; ++r) {
     if (!R) {
       y[r] = x[r];
       continue;
     }
-    double sum = R[r * m() + r] * x[r];
-    for (int c = r + 1; c < m(); ++c) sum = madd(R[r * m() + c], x[c], sum);
+    T sum = fill<T>(R[r * rows + r]) * x[r];
+    for (int c = r + 1; c < rows; ++c) sum = madd(fill<T>(R[r * rows + c]), x[c], sum);
     y[r] = sum;
   }
+}
+
+// Where a joint has one rate left, and moves.
+template <class T>
+STILLREACH_INLINE Where<T> moves_fixed(T lower, T upper) {
+  const Where<T> moves = lower != fill<T>(0.0), works = lower < upper;
+  return except(moves, works);
 }
 
 // Working joints are those with lower < upper that are not held. rates[i] of the others is set to their bound or is
@@ -144,14 +152,14 @@ inline void rescale(System& s, double size_a, double size_b, Workspace& w) {
 inline bool any_moves(const Problem& p) {
   if (p.n < 4) {
     bool moves = false;
-    for (int i = 0; i < p.n; ++i) moves |= !(p.lower[i] < p.upper[i]) && p.lower[i] != 0.0;
+    for (int i = 0; i < p.n; ++i) moves |= moves_fixed(p.lower[i], p.upper[i]);
     return moves;
   }
   Mask moves = {};
   for (int next = 0; next < p.n; next += 4) {  // the last four may overlap those before
     const int i = next + 4 <= p.n ? next : p.n - 4;
     const Pack low = load(p.lower + i), high = load(p.upper + i);
-    moves |= ~(low < high) & (low != Pack{0, 0, 0, 0});
+    moves |= moves_fixed(low, high);
   }
   return bits_of(moves) != 0;
 }
@@ -202,7 +210,14 @@ inline System assemble(Rows<M> m, const Problem& p, const double* rates, const s
   return s;
 }
 
-// e = twist - J rates.
+// e = twist - J rates. P: Problem or LaneProblem.
+template <class T, int M, class P>
+STILLREACH_INLINE void residual_by_rows(Rows<M> m, const P& p, const T* rates, T* e) {
+  const int rows = m();
+  STILLREACH_UNROLL for (int r = 0; r < rows; ++r) e[r] = p.twist[r];
+  for (int i = 0; i < p.n; ++i)
+    STILLREACH_UNROLL for (int r = 0; r < rows; ++r) e[r] = madd(p.jacobian[i * rows + r], -rates[i], e[r]);
+}
 template <int M>
 STILLREACH_INLINE void task_residual(Rows<M> m, const Problem& p, const double* rates, double* e) {
   if (m() == 6) {  // two packs that overlap
@@ -216,24 +231,30 @@ STILLREACH_INLINE void task_residual(Rows<M> m, const Problem& p, const double* 
     store(e + 2, tail);
     return;
   }
-  for (int r = 0; r < m(); ++r) e[r] = p.twist[r];
-  for (int i = 0; i < p.n; ++i)
-    for (int r = 0; r < m(); ++r) e[r] = madd(-p.jacobian[i * m() + r], rates[i], e[r]);
+  residual_by_rows(m, p, rates, e);
 }
 
 constexpr double kCompensated = 1e-9;  // relative task error from which on a runaway joint counts as not compensated
+
+// The largest entry of what the fixed joints do to the task. P: Problem or LaneProblem.
+template <class T, int M, class P>
+STILLREACH_INLINE T drift_of(Rows<M> m, const P& p) {
+  T drift = fill<T>(0.0);
+  for (int i = 0; i < p.n; ++i) {
+    const Where<T> moves = moves_fixed(p.lower[i], p.upper[i]);
+    if (!any(moves)) continue;
+    for (int r = 0; r < m(); ++r)
+      drift = larger(drift, select(moves, magnitude(p.jacobian[i * m() + r] * p.lower[i]), fill<T>(0.0)));
+  }
+  return drift;
+}
 
 // Where a fixed joint moves, and the task is not met: the others may be unable to make up for it.
 template <int M>
 inline bool fault_not_compensated(Rows<M> m, const Problem& p, const Answer& out) {
   if (!any_moves(p)) return false;
-  double drift = 0.0, size = 0.0;
-  for (int i = 0; i < p.n; ++i)
-    if (!(p.lower[i] < p.upper[i]) && p.lower[i] != 0.0)
-      for (int r = 0; r < m(); ++r) drift = larger(drift, magnitude(p.jacobian[i * m() + r] * p.lower[i]));
-  if (drift == 0.0) return false;
-  for (int r = 0; r < m(); ++r) size = larger(size, magnitude(out.residual[r]));
-  return size > kCompensated * drift;
+  const double drift = drift_of<double>(m, p);
+  return drift != 0.0 && largest_of(m, out.residual) > kCompensated * drift;
 }
 
 // -1 at the lower bound, 1 at the upper one, 2 fixed, 0 free; as in Answer::active.
@@ -273,17 +294,11 @@ inline void report(Rows<M> m, const Problem& p, Answer& out) {
   task_residual(m, p, out.rates, e);
   const bool saturated = bound_codes(p.n, out.rates, p.lower, p.upper, out.active);
   apply_rows(m, p.metric.rows, e, weighted);
-  double size = 0.0;
-  for (int r = 0; r < m(); ++r) {
-    out.residual[r] = e[r];
-    size = larger(size, magnitude(weighted[r]));
-  }
-  const double unit = scaling_unit(size);
-  double sum = 0.0;
-  for (int r = 0; r < m(); ++r) {
-    const double v = unit == 1.0 ? weighted[r] : weighted[r] / unit;
-    sum = madd(v, v, sum);
-  }
+  for (int r = 0; r < m(); ++r) out.residual[r] = e[r];
+  const double unit = scaling_unit(largest_of(m, weighted));
+  if (unit != 1.0)
+    for (int r = 0; r < m(); ++r) weighted[r] /= unit;
+  const double sum = dot(m, weighted, weighted);
   out.task_error = sum == sum ? square_root(sum) * unit : infinity();  // NaN: numbers that overflow
   if (saturated) out.status |= SATURATED;
   if (fault_not_compensated(m, p, out)) out.status |= FAULT_NOT_COMPENSATED;

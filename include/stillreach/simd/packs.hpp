@@ -17,6 +17,20 @@ STILLREACH_INLINE double fill<double>(double a) {
   return a;
 }
 
+// What a comparison of two of them answers.
+template <class P>
+struct Comparison;
+template <>
+struct Comparison<double> {
+  using Type = bool;
+};
+template <>
+struct Comparison<Pack> {
+  using Type = Mask;
+};
+template <class P>
+using Where = typename Comparison<P>::Type;
+
 STILLREACH_INLINE double select(bool where, double a, double b) { return where ? a : b; }
 STILLREACH_INLINE Pack select(Mask where, Pack a, Pack b) { return choose(where, a, b); }
 
@@ -29,6 +43,9 @@ STILLREACH_INLINE int bits_of(Mask mask) {
 }
 STILLREACH_INLINE bool any(Mask mask) { return bits_of(mask) != 0; }
 STILLREACH_INLINE bool all(Mask mask) { return bits_of(mask) == 15; }
+STILLREACH_INLINE Mask except(Mask a, Mask b) { return a & ~b; }
+STILLREACH_INLINE bool any(bool where) { return where; }
+STILLREACH_INLINE bool except(bool a, bool b) { return a && !b; }
 
 // As larger(), smaller() and clamp() of scalar.hpp, NaN included.
 STILLREACH_INLINE Pack larger(Pack a, Pack b) { return choose(a > b, a, b); }

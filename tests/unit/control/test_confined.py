@@ -181,4 +181,4 @@ def test_a_confined_joint_works_and_counts_with_its_rate_limit():
 
 @pytest.mark.parametrize("ends", [(0.5, 0.4), (np.nan, 1.0), (np.inf, np.inf), (-np.inf, -np.inf)])
 def test_a_range_without_a_position_is_refused(ends):
-    refused(lambda: sr.Confined(*ends), "range")
+    refused(lambda: sr.Confined(*ends), "lower")
