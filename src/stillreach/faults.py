@@ -1,4 +1,4 @@
-"""What can be wrong with a joint: one class a kind, and ``FAULTS``, all of them."""
+"""Kinds of joint faults, one class each; ``FAULTS`` lists them."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ class FaultKind(Kind):
     health: ClassVar[Health]
     """The joint's state under this fault."""
     leaves_choice: ClassVar[bool] = True
-    """Whether the joint has more than one rate left."""
+    """Whether the joint can still have more than one rate."""
 
     @property
     def share(self) -> float:
-        """What is left of the joint's velocity limits, 0 to 1."""
+        """The remaining fraction of the joint's velocity limits, 0 to 1."""
         return 1.0
 
     def __post_init__(self) -> None:
@@ -38,18 +38,18 @@ class FaultKind(Kind):
 
     @property
     def numbers(self) -> tuple[float, float]:
-        """The two numbers that the core reads beside the state: the settings."""
+        """The settings, as the two numbers that the core reads with the state."""
         first, second, *_ = *vars(self).values(), 0.0, 0.0
         return first, second
 
     def sentence(self, *, slides: bool) -> str:
-        """The fault in a few words, for a joint that slides or turns."""
+        """The fault in a few words, for a prismatic or revolute joint."""
         return self.word
 
 
 @dataclass(frozen=True)
 class Locked(FaultKind):
-    """The joint stands where it is (brake on): rate exactly 0."""
+    """The joint does not move (brake on): its rate is exactly 0."""
 
     word = "locked"
     health = Health.LOCKED
@@ -67,7 +67,7 @@ class Derated(FaultKind):
     word = "derated"
     health = Health.DERATED
 
-    fraction: float = field(metadata=key(Number(least=0.0, most=1.0), "What is left of the velocity limits, 0 to 1"))
+    fraction: float = field(metadata=key(Number(least=0.0, most=1.0), "Remaining share of the velocity limits, 0 to 1"))
 
     @property
     def share(self) -> float:
@@ -81,7 +81,7 @@ class Derated(FaultKind):
 
 @dataclass(frozen=True)
 class Runaway(FaultKind):
-    """The joint moves at a rate that nobody commands.
+    """The joint moves at a fixed rate that ignores commands.
 
     Args:
         rate: [rad/s, m/s].
@@ -100,14 +100,14 @@ class Runaway(FaultKind):
 
 @dataclass(frozen=True)
 class Confined(FaultKind):
-    """The joint's range is reduced: it stays inside as inside position limits, which hold as well.
+    """The joint's range is reduced, in addition to its position limits.
 
-    Rates towards an end shrink so that the joint can stop there. Outside the range it may move back in and no further
-    out. Its velocity limits stay.
+    Rates towards an end decrease so that the joint can stop there. Outside the range it may move back in, but not
+    further out. Its velocity limits stay in force.
 
     Args:
-        lower: [rad, m] -inf for no end on this side.
-        upper: [rad, m] at least ``lower``; inf for no end on this side.
+        lower: [rad, m] -inf: no end on this side.
+        upper: [rad, m] at least ``lower``; inf: no end on this side.
     """
 
     word = "confined"
@@ -129,7 +129,7 @@ class Confined(FaultKind):
 
 @dataclass(frozen=True)
 class OneWay(FaultKind):
-    """The joint moves to one side only, up to its velocity limit on that side.
+    """The joint moves in one direction only, up to its velocity limit in that direction.
 
     Args:
         direction: +1 (rates of at least 0) or -1 (at most 0).
@@ -155,7 +155,7 @@ FAULTS: tuple[type[FaultKind], ...] = (Locked, Derated, Runaway, Confined, OneWa
 
 
 def fault_kind(name: str, value: Any) -> FaultKind:
-    """The value if it is a fault kind; InputError naming the choices otherwise."""
+    """The value, if it is a fault kind; otherwise raises InputError with the choices."""
     if isinstance(value, FAULTS):
         return value
     calls = [f"{kind.__name__}({', '.join(kind.keys())})" for kind in FAULTS]
@@ -170,14 +170,14 @@ class Fault:
         joint: name or 0-based index.
         at: onset [s].
         kind: one of FAULTS, e.g. Derated(0.2).
-        until: [s] when the joint is restored; None is never.
+        until: [s] when the joint is restored; None: never.
     """
 
     joint: str | int = field(metadata=key(JointName(), "Name of the joint"))
     at: float = field(default=0.0, kw_only=True, metadata=key(MOMENT, "Onset"))
     kind: FaultKind = field(default=Locked(), kw_only=True)
     until: float | None = field(
-        default=None, kw_only=True, metadata=key(MOMENT, "When the joint works again; never if absent")
+        default=None, kw_only=True, metadata=key(MOMENT, "When the joint is restored; never if absent")
     )
 
     def __post_init__(self) -> None:

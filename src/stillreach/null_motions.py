@@ -1,4 +1,4 @@
-"""What to do with the freedom that the task leaves: reference rates that the law stays near."""
+"""Null motions: reference rates for the freedom that the task leaves."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stillreach._lists import PerJoint
 from stillreach.errors import InputError
 
 GAIN = key(Number("1/s", above=0.0), "Gain")
-LARGEST = key(Number("arm/s", above=0.0), "Largest rate asked of any joint; all are scaled down together")
+LARGEST = key(Number("arm/s", above=0.0), "Largest rate of any joint; all rates are scaled down together")
 
 
 Core = tuple[NullMotionKind, float, npt.ArrayLike | None, Callable[..., object] | None]
@@ -30,11 +30,11 @@ class NullMotion(Kind):
     """Base of all null motions.
 
     Args:
-        max_rate: largest rate [rad/s, m/s] that is asked of any joint; all are scaled down together.
+        max_rate: largest rate [rad/s, m/s] of any joint; all rates are scaled down together.
     """
 
     kind: ClassVar[NullMotionKind]
-    """What the core calls it."""
+    """The kind in the core."""
 
     max_rate: float = field(default=float("inf"), metadata=LARGEST)
 
@@ -42,7 +42,7 @@ class NullMotion(Kind):
         object.__setattr__(self, "max_rate", _door.positive("max_rate", self.max_rate, allow_inf=True))
 
     def core(self, joints: Labels) -> Core:
-        """(kind, gain, vector, gradient) as the compiled core reads them, for an arm of these joints."""
+        """(kind, gain, vector, gradient) as the compiled core reads them."""
         raise TypeError(f"{type(self).__name__} is a base class; use one of the null motions")
 
 
@@ -68,9 +68,9 @@ class Rates(NullMotion):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Posture(NullMotion):
-    """Towards a posture: rates gain · (q_posture - q); joints that turn without end take the short way.
+    """Towards a posture: rates gain · (q_posture - q).
 
-    A joint turns without end where it is revolute and has no position limits.
+    Unlimited revolute joints take the shortest turn.
 
     Args:
         q: (n,) [rad, m], or by joint name.
@@ -90,7 +90,7 @@ class Posture(NullMotion):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Centring(NullMotion):
-    """Towards the middle of the position limits; joints without two limits are left alone.
+    """Towards the middle of the position limits; joints without two limits get rate 0.
 
     Args:
         gain: [1/s].
@@ -110,8 +110,8 @@ class Centring(NullMotion):
 class Manipulability(NullMotion):
     """Away from singularities: rates gain · ∇ ln √det(J Jᵀ) of the working joints' task Jacobian (Yoshikawa, 1985).
 
-    The gradient is analytic. Where it is exactly zero by symmetry (a planar arm has no way to know that it could leave
-    its plane) a push of a hundredth of ``max_rate``, the same in every run, lets the arm leave.
+    The gradient is analytic. Where it is exactly zero by symmetry (e.g. a planar arm that could leave its plane), a
+    push of 1 % of ``max_rate``, the same in every run, moves the arm away.
 
     Args:
         gain: [rad²/s].
@@ -125,7 +125,7 @@ class Manipulability(NullMotion):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _door.positive("max_rate", self.max_rate)  # near a singularity the gradient has no bound of its own
+        _door.positive("max_rate", self.max_rate)  # near a singularity the gradient is unbounded
 
     def core(self, joints: Labels) -> Core:
         """The gain."""
@@ -134,11 +134,11 @@ class Manipulability(NullMotion):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Gradient(NullMotion):
-    """Along a gradient of yours: rates gain · gradient.
+    """Along a given gradient: rates gain · gradient.
 
     Args:
-        gradient: (n,), or a callable q (n,) -> (n,) that is evaluated once a tick. Inside a running loop a callable
-            that fails, or answers with something else, switches the null motion off for that tick (INVALID_INPUT).
+        gradient: (n,), or a callable q (n,) -> (n,) that is evaluated once a tick. If a callable fails or returns an
+            invalid value inside a running loop, the null motion is off for that tick (INVALID_INPUT).
             KeyboardInterrupt and SystemExit are raised.
         gain: rates per unit of the gradient.
     """
@@ -163,7 +163,7 @@ NULL_MOTIONS: tuple[type[NullMotion], ...] = (Manipulability, Centring, Posture,
 
 
 def checked_null_motion(value: Any, joints: Labels) -> NullMotion | None:
-    """A null motion, or None; bare rates become Rates. InputError for anything else."""
+    """A null motion or None; bare rates become Rates. Raises InputError for other values."""
     if value is None or isinstance(value, NullMotion):
         return value
     try:

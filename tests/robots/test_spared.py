@@ -78,7 +78,7 @@ def test_a_file_that_rounds_right_angles_tells_the_story_of_one_that_does_not(na
         typical = dict(zip(found, found.typical, strict=True))
         assert typical.pop(joint) == 0.0
         assert min(typical.values()) > 0.05
-        assert found.verdict.startswith(f"What this arm can spare least is {joint}: ")
+        assert found.verdict.startswith(f"The most critical joint is {joint}: ")
 
 
 def test_xarm7_folded_in_a_plane_cannot_spare_the_joints_that_move_in_it():

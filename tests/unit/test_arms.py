@@ -63,12 +63,12 @@ def test_settings_reach_the_builder_and_none_is_not_given():
     [
         ("pand", {}, r"arm: got 'pand', expected one of baxter, .*planarN.*\(did you mean 'panda'\?\)"),
         ("planar", {}, "n: got nothing, expected the number of joints, which planar needs, e.g. planar7"),
-        ("planar3", {"n": 3}, "n: got 3, expected nothing beside planar3"),
+        ("planar3", {"n": 3}, "n: got 3, expected no n beside planar3"),
         ("planar0", {}, "n: got 0, expected an integer of at least 1"),
-        ("panda", {"n": 7}, "n: got the setting 'n', expected only tip beside panda"),
+        ("panda", {"n": 7}, "n: got the setting 'n', expected only tip for panda"),
         ("panda7", {}, "arm: got 'panda7'"),
         ("panda", {"tip": "panda_hand"}, r"tip: got 'panda_hand', expected one of panda_link8, panda_hand_tcp \(did"),
-        ("snake5", {"tip": "x"}, "tip: got the setting 'tip', expected only n beside snake"),
+        ("snake5", {"tip": "x"}, "tip: got the setting 'tip', expected only n for snake"),
     ],
 )
 def test_what_cannot_be_made_is_refused_with_what_can(name, settings, message):

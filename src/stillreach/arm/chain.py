@@ -1,4 +1,4 @@
-"""The serial chain between two nodes of a tree, from the steps that a robot file has between them."""
+"""The serial chain between two nodes of a tree, built from the steps of a robot file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stillreach.arm.robot_file import RobotFile, shown
 MAX_PASSED, MAX_MOVING = 2000, 1000
 Node = TypeVar("Node", bound=Hashable)
 Step = FloatArray | Joint
-"""A transform (4, 4), or a joint that can move, whose placement does not count."""
+"""A transform (4, 4), or a movable joint, whose placement is ignored."""
 
 
 class Chain(NamedTuple):
@@ -30,8 +30,8 @@ class Chain(NamedTuple):
     followers: list[Follower]
 
 
-def way(base: Node, tip: Node, parent: Callable[[Node], Node | None]) -> list[tuple[Node, bool]]:
-    """The nodes between which and their parents the chain goes, each with whether it goes up, to the parent."""
+def path_between(base: Node, tip: Node, parent: Callable[[Node], Node | None]) -> list[tuple[Node, bool]]:
+    """The nodes whose links to their parents form the chain, each with True where the chain goes up to the parent."""
     up, down = list(_below_root(base, parent)), list(_below_root(tip, parent))
     while up and down and up[-1] == down[-1]:
         up.pop()
@@ -45,10 +45,10 @@ def _below_root(node: Node, parent: Callable[[Node], Node | None]) -> Iterator[N
         node = above
 
 
-def along(passed: list[tuple[Node, bool]], steps_to: Callable[[Node, bool], list[Step]]) -> list[Step]:
-    """The steps along a way; ``steps_to`` has those from a node's parent to the node, whichever way it is passed."""
+def along(path: list[tuple[Node, bool]], steps_to: Callable[[Node, bool], list[Step]]) -> list[Step]:
+    """The steps along a path; ``steps_to`` returns those from a node's parent to the node, in either direction."""
     steps: list[Step] = []
-    for node, up in passed:
+    for node, up in path:
         own = steps_to(node, up)
         steps += [_back(step) for step in reversed(own)] if up else own
     return steps
@@ -59,7 +59,7 @@ def _back(step: Step) -> Step:
 
 
 def check_length(file: RobotFile, passed: int) -> None:
-    """Raises RobotFileError if there are too many joints between base and tip, the fixed ones included."""
+    """Raises RobotFileError if there are too many joints between base and tip, including fixed ones."""
     if passed > MAX_PASSED:
         raise file.error(f"{passed} joints between base and tip", f"at most {MAX_PASSED}")
 
@@ -68,25 +68,25 @@ def assembled(file: RobotFile, name: str, steps: list[Step], mimic_of: MimicOf, 
     """The chain of these steps, from base to tip.
 
     Raises:
-        RobotFileError: if a joint is there twice or too far away, no joint moves, or too many do; and as of
-            ``positions``, whose arguments ``mimic_of`` and ``fixed`` are.
+        RobotFileError: if a joint name is repeated, a joint is too far away, no joint moves, or too many do; and as
+            ``positions``, which takes ``mimic_of`` and ``fixed``.
         InputError: if ``fixed`` is not a mapping to numbers.
     """
-    found = positions(file, [str(step.name) for step in steps if isinstance(step, Joint)], mimic_of, fixed)
+    joint_positions = positions(file, [str(step.name) for step in steps if isinstance(step, Joint)], mimic_of, fixed)
     joints: list[Joint] = []
-    led: list[tuple[Joint, Follower]] = []  # as in the file, with limits, and as in the arm
+    led: list[tuple[Joint, Follower]] = []  # the joint of the file, with limits, and its follower
     names, since = set[str](), np.eye(4)
     for step in steps:
         if not isinstance(step, Joint):
             since = since @ step
             continue
-        leader, factor, offset = found[str(step.name)]
+        leader, factor, offset = joint_positions[str(step.name)]
         if leader is None:
             since = since @ moved(step.kind, step.axis, offset)
             continue
         label = f"joint {shown(step.name)}"
         if step.name in names:
-            raise file.error("a second joint of that name between base and tip", "each name once", element=label)
+            raise file.error("a second joint of that name between base and tip", "unique names", element=label)
         names.add(str(step.name))
         joint, since = replace(step, placement=_placement(file, since, label)), np.eye(4)
         if leader == step.name:
@@ -103,10 +103,10 @@ def assembled(file: RobotFile, name: str, steps: list[Step], mimic_of: MimicOf, 
 
 
 def _placement(file: RobotFile, since: FloatArray, whose: str) -> FloatArray:
-    """The transform since the last joint that moves, (4, 4)."""
+    """The transform (4, 4) from the last moving joint."""
     far = float(np.max(np.abs(since[:3, 3])))
     if not far <= LARGEST:
-        got = f"a place {far:.9g} m away from the moving joint or the base before it"
+        got = f"a position {far:.9g} m from the previous moving joint or the base"
         raise file.error(got, f"at most {LARGEST:g} m along each axis", element=whose)
     return rigid(since)
 
@@ -114,8 +114,8 @@ def _placement(file: RobotFile, since: FloatArray, whose: str) -> FloatArray:
 def _limited(leader: Joint, led: list[tuple[Joint, Follower]]) -> Joint:
     """A joint within its own limits and those of its followers.
 
-    Limits of followers are often missing or copied from the leader; a range that would leave the leader none does not
-    count.
+    Limits of followers are often missing or copied from the leader; a range that would leave the leader no motion is
+    ignored.
     """
     own, ranges = leader.position_limits, [leader.position_limits]
     velocities, accelerations = [leader.velocity_limit], [leader.acceleration_limit]
@@ -136,6 +136,6 @@ def _limited(leader: Joint, led: list[tuple[Joint, Follower]]) -> Joint:
 
 
 def _common(ranges: list[tuple[float, float]]) -> tuple[float, float] | None:
-    """The range that all have in common, or None where that is less than a range."""
+    """The common range, or None if it is empty or a single point."""
     lower, upper = max(pair[0] for pair in ranges), min(pair[1] for pair in ranges)
     return (lower, upper) if lower < upper else None

@@ -1,4 +1,4 @@
-"""An arm as text: what a person checks before trusting the model."""
+"""An arm as text, to check a model."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from stillreach.arm.placements import moved
 if TYPE_CHECKING:
     from stillreach.arm.model import Arm
 
-HEAD = ("joint", "kind", "place at zero [m]", "axis at zero", "position", "rate", "acceleration", "unit")
+HEAD = ("joint", "kind", "position at zero [m]", "axis at zero", "range", "velocity", "acceleration", "unit")
 
 
 def describe(arm: Arm) -> str:
-    """Reach, a table of the joints, and where the tool is.
+    """Reach, a table of the joints, and the position of the tool.
 
-    The table holds name, kind, place and axis (in base axes, all joints at 0), limits and their unit.
+    The table has name, kind, position and axis (in base axes, all joints at 0), limits and their unit.
     """
     rows, T = [HEAD], np.eye(4)
     for joint, leader, factor, offset in arm.chain:

@@ -1,4 +1,4 @@
-"""How well an arm can move its tool: singular values of a task's Jacobian, their product, and what is lost."""
+"""How well an arm can move its tool: singular values of a task's Jacobian, their product, and lost directions."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from stillreach.arm.model import Arm
 
 LEAST_SPEED, LEAST_TURN = 1e-3, float(np.deg2rad(0.1))
-"""[m/s] and [rad/s]: a direction in which full rates give less is lost."""
+"""[m/s] and [rad/s]: a direction in which full rates give less counts as lost."""
 FULL_RATE = 1.0
-"""[rad/s] or [m/s]: full rate of a joint without a rate limit."""
+"""[rad/s] or [m/s]: full rate of a joint without a velocity limit."""
 
 
 @runtime_checkable
 class Asked(Protocol):
-    """What an arm needs to know of a task; ``stillreach.Task`` is one."""
+    """The parts of a task that an arm reads; ``stillreach.Task`` has them."""
 
     @property
     def indices(self) -> tuple[int, ...]:
@@ -32,11 +32,11 @@ class Asked(Protocol):
 
     @property
     def frame(self) -> str:
-        """The axes they are taken along, "base" or "tool"."""
+        """The axes of the rows, "base" or "tool"."""
 
     @property
     def tool(self) -> FloatArray | None:
-        """(4, 4) the task's point seen from the arm's tool, or None."""
+        """(4, 4) the task's point in the frame of the arm's tool, or None."""
 
     @property
     def weights(self) -> Any:
@@ -48,7 +48,7 @@ class Directions(NamedTuple):
 
     Args:
         served: (m, k) orthonormal columns: directions in which full rates move the tool.
-        lost: (m, m - k) orthonormal columns: the others, the worst first.
+        lost: (m, m - k) orthonormal columns: the others, worst first.
         gains: (k,) singular values of the served ones: least speeds at full rates.
     """
 
@@ -58,14 +58,14 @@ class Directions(NamedTuple):
 
 
 def directions(J: FloatArray, least: FloatArray, to_twist: FloatArray | None = None) -> Directions:
-    """What full rates of the joints can do, judged by gain: rank alone takes rounding in a robot file for motion.
+    """Directions that full joint rates serve, by gain. Rank alone would count rounding in a robot file as motion.
 
-    Speeds are measured in least speeds, so that neither units nor weights decide what is lost.
+    Speeds are measured in least speeds, so the result does not depend on units or weights.
 
     Args:
         J: (m, k) Jacobian whose columns are scaled by the full rates of their joints.
         least: (rows,) least speeds that count [m/s, rad/s].
-        to_twist: (rows, m) what turns the coordinates of J into a twist; None: they are its rows.
+        to_twist: (rows, m) matrix from the coordinates of J to a twist; None: these are rows of a twist.
     """
     m = len(J)
     scale = np.diag(1.0 / least) if to_twist is None else np.linalg.qr(to_twist / least[:, None])[1]
@@ -79,7 +79,7 @@ def directions(J: FloatArray, least: FloatArray, to_twist: FloatArray | None = N
 
 
 def full_rates(limits: FloatArray) -> FloatArray:
-    """(n,) rate limits, FULL_RATE for joints without one [rad/s, m/s]."""
+    """(n,) velocity limits, FULL_RATE for joints without one [rad/s, m/s]."""
     return np.where(np.isfinite(limits), limits, FULL_RATE)
 
 
@@ -106,7 +106,7 @@ def spectra(
 ) -> FloatArray:
     """Singular values (..., min(m, k)) of the chosen joints' weighted Jacobian at q (..., n), or their product."""
     checked_task(task)
-    many = _door.configurations("q", q, arm.labels)
+    values = _door.configurations("q", q, arm.labels)
     chosen = tuple(range(arm.n)) if joints is None else _chosen(arm, joints)
     rows = tuple(range(6)) if task is None else task.indices
     metric, model, along_tool = Metric(len(rows), arm.n), arm.model, False
@@ -117,12 +117,12 @@ def spectra(
             metric = task.weights.metric([row < 3 for row in rows], prismatic, rows)
         if task.tool is not None:
             model = arm.with_tool(arm.tool @ task.tool).model
-    answer = model.spectra(many.reshape(-1, arm.n), metric, rows, along_tool, chosen, product)
-    return answer.reshape(many.shape[:-1] + answer.shape[1:])
+    result = model.spectra(values.reshape(-1, arm.n), metric, rows, along_tool, chosen, product)
+    return result.reshape(values.shape[:-1] + result.shape[1:])
 
 
 def checked_task(task: Any) -> None:
-    """InputError for something else than a task or None."""
+    """Raises InputError unless the value is a task or None."""
     if task is not None and not isinstance(task, Asked):
         raise InputError("task", _door.describe(task), "stillreach.Task, or None for all six rows")
 

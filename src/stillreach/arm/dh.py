@@ -27,7 +27,7 @@ X_AXIS, Z_AXIS = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 @dataclass(frozen=True, kw_only=True)
 class DHRow:
-    """One row of a Denavit-Hartenberg table; keywords only, because no two tables agree on their columns.
+    """One row of a Denavit-Hartenberg table; keywords only, because column order differs between tables.
 
     Args:
         a: link length, along x [m].
@@ -35,10 +35,10 @@ class DHRow:
         d: link offset, along z [m]; for a prismatic joint the offset that the joint value is added to.
         theta: joint angle, about z [rad]; for a revolute joint the offset that the joint value is added to.
         kind: ``"revolute"`` or ``"prismatic"``.
-        name: the joint's name; None takes ``j1``, ``j2``, … from its place.
+        name: the joint's name; None: ``j1``, ``j2``, … by position.
 
     Raises:
-        InputError: a value is not a finite number, or the kind is neither.
+        InputError: if a value is not a finite number or the kind is invalid.
     """
 
     a: float = 0.0
@@ -55,7 +55,7 @@ class DHRow:
 
 
 def dh_chain(rows: Iterable[DHRow], convention: str, base: npt.ArrayLike | None) -> tuple[list[Joint], FloatArray]:
-    """Joints and tool of the arm that the rows describe.
+    """Returns joints and tool of the arm that the rows describe.
 
     Args:
         rows: one DHRow for each joint, from the base on.
@@ -66,15 +66,15 @@ def dh_chain(rows: Iterable[DHRow], convention: str, base: npt.ArrayLike | None)
         The joints, and frame n of the table (4, 4) seen from the last one.
 
     Raises:
-        InputError: something else than a DHRow, no row, another convention, a base that is not rigid.
+        InputError: if an item is not a DHRow, rows are missing, the convention is unknown or the base is not rigid.
     """
     _door.choice("convention", convention, CONVENTIONS)
     table = _table(rows)
     fixed = np.eye(4) if base is None else _door.pose("base", base)
     joints = []
     for row in table:
-        across = translation(row.a, 0.0, 0.0) @ moved("revolute", X_AXIS, row.alpha)  # these two commute,
-        along = translation(0.0, 0.0, row.d) @ moved("revolute", Z_AXIS, row.theta)  # and so do these
+        across = translation(row.a, 0.0, 0.0) @ moved("revolute", X_AXIS, row.alpha)  # the two commute
+        along = translation(0.0, 0.0, row.d) @ moved("revolute", Z_AXIS, row.theta)  # likewise
         if convention == "standard":
             joints.append(Joint(name=row.name, kind=row.kind, placement=fixed))
             fixed = along @ across

@@ -1,4 +1,4 @@
-"""Joints that follow another joint of their arm, and the chain that both kinds make."""
+"""Joints that follow another joint of their arm, and the chain of both kinds."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from stillreach.errors import InputError
 class Follower(Value):
     """A joint without a drive of its own: it is at ``multiplier`` times another joint's position, plus ``offset``.
 
-    It is none of the arm's n joints: it moves with its leader, whose column of the Jacobian holds the motion of both.
+    It is not one of the arm's n joints: it moves with its leader, whose Jacobian column includes the motion of both.
 
     Args:
         joint: name, kind, placement and axis; its limits are those of its leader.
-        leader: name of the joint that it follows.
+        leader: name of the joint it follows.
         multiplier: its rate per rate of the leader.
-        offset: its position where the leader is at 0 [rad] or [m].
-        place: its place in the chain of all joints that move, from 0 at the base on.
+        offset: its position with the leader at 0 [rad] or [m].
+        place: its index in the chain of all moving joints, from 0 at the base.
 
     Raises:
         InputError: if an argument is invalid.
@@ -59,11 +59,11 @@ class Moving(NamedTuple):
 
 
 def checked(followers: Any, joints: tuple[Joint, ...]) -> tuple[Follower, ...]:
-    """The followers of an arm with these joints, in order of their places.
+    """The followers of an arm with these joints, in order of ``place``.
 
     Raises:
-        InputError: something else than followers, a name that is taken, a leader that is none of the joints, places
-            that leave a gap.
+        InputError: if an item is not a Follower, a name is repeated, a leader is missing, or places are not
+            consecutive.
     """
     expected = "Follower, each with a name and a place of its own, that follow joints of the arm"
     if not isinstance(followers, Iterable):
@@ -81,7 +81,7 @@ def checked(followers: Any, joints: tuple[Joint, ...]) -> tuple[Follower, ...]:
 
 
 def chain(joints: tuple[Joint, ...], followers: tuple[Follower, ...]) -> tuple[Moving, ...]:
-    """All joints that move, from the base on."""
+    """All moving joints, from the base on."""
     index = {joint.name: i for i, joint in enumerate(joints)}
     whole = [Moving(joint, i, 1.0, 0.0) for i, joint in enumerate(joints)]
     for follower in followers:
@@ -91,6 +91,6 @@ def chain(joints: tuple[Joint, ...], followers: tuple[Follower, ...]) -> tuple[M
 
 
 def note_of(joint: Any, followers: tuple[Follower, ...]) -> str:
-    """Addition to a message for the name of a follower; empty for other names."""
+    """A note for error messages if the name is a follower's; empty otherwise."""
     leaders = [follower.leader for follower in followers if follower.joint.name == joint]
     return f", which follows {leaders[0]!r} and moves with it" if leaders else ""

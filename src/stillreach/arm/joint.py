@@ -1,4 +1,4 @@
-"""One joint of an arm: where it sits, how it moves, what its drive allows."""
+"""One joint of an arm: placement, kind, axis and limits."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stillreach.arm.value import Value
 from stillreach.errors import InputError
 
 KINDS = tuple(kind.name.lower() for kind in JointKind)
-"""What a joint can be; its place in this tuple is its code in ``Arm.kinds``."""
+"""Kinds of joints; the index in this tuple is the code in ``Arm.kinds``."""
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -24,14 +24,14 @@ class Joint(Value):
     """A revolute or prismatic joint with its fixed placement and its limits. Immutable.
 
     Args:
-        name: its name; None takes ``j1``, ``j2``, … from its place in the arm.
+        name: its name; None: ``j1``, ``j2``, … by position in the arm.
         kind: ``"revolute"`` (turns about its axis) or ``"prismatic"`` (slides along it).
-        placement: (4, 4) [m] pose of the joint's frame, at joint value 0, seen from the frame that the joint
-            before it moves (from the base for the first joint); rigid to 1e-9.
+        placement: (4, 4) [m] pose of the joint's frame, at joint value 0, in the frame that the previous joint
+            moves (in the base frame for the first joint); rigid to 1e-9.
         axis: (3,) direction of the axis in the joint's own frame; scaled to length 1.
         position_limits: (lower, upper) [rad] or [m]; infinite: no limit.
-        velocity_limit: largest rate in either direction [rad/s] or [m/s]; 0: it cannot move, inf: no limit.
-        acceleration_limit: largest change of that rate [rad/s²] or [m/s²]; inf: no limit.
+        velocity_limit: largest velocity in either direction [rad/s] or [m/s]; 0: it cannot move, inf: no limit.
+        acceleration_limit: largest acceleration in either direction [rad/s²] or [m/s²]; inf: no limit.
 
     Raises:
         InputError: if an argument is invalid; the message names the joint.
@@ -73,7 +73,7 @@ class Joint(Value):
 
 
 def named(joints: Any) -> tuple[Joint, ...]:
-    """The joints, each with a name, no name twice."""
+    """The joints, each with a unique name."""
     expected = "one or more Joint, from the base on"
     try:
         chain = list(joints)
@@ -90,7 +90,7 @@ def named(joints: Any) -> tuple[Joint, ...]:
     for place, joint in enumerate(chain):
         if joint.name in places:
             got = f"the name {joint.name!r} at places {places[joint.name]} and {place}"
-            raise InputError("joints", got, "a name of its own for each")
+            raise InputError("joints", got, "unique names")
         places[joint.name] = place
     return tuple(chain)
 

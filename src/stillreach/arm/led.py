@@ -1,4 +1,4 @@
-"""Joints that follow other joints, and joints that are held: the position of each joint of a file's chain."""
+"""Followers and held joints: the position of each joint of a file's chain."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from stillreach.arm.robot_file import RobotFile, shown
 from stillreach.errors import InputError
 
 LARGEST = 1e6
-"""The largest placement [m, rad] and held position: beyond, too few digits are left."""
+"""The largest placement [m, rad] and held position: beyond it, rounding errors are too large."""
 
 
 class Led(NamedTuple):
-    """Position of a joint: factor times that of the joint ``leader``, plus offset; without one it stands still."""
+    """Position of a joint: factor times that of ``leader``, plus offset; fixed at the offset without a leader."""
 
     leader: str | None
     factor: float
@@ -22,17 +22,17 @@ class Led(NamedTuple):
 
 
 MimicOf = Callable[[str], Led | None]
-"""Whom a joint of the file follows, None: nobody; raises where the file is wrong about it."""
+"""Returns the leader of a joint of the file, or None; raises if the file's entry is invalid."""
 
 
 def positions(file: RobotFile, moving: Iterable[str], mimic_of: MimicOf, fixed: Any) -> dict[str, Led]:
-    """The position of each joint: free (led by itself), led by a free joint of the chain, or standing still.
+    """The position of each joint: free (its own leader), led by a free joint of the chain, or fixed.
 
     Args:
         file: for messages.
         moving: the joints between base and tip that can move, in order.
         mimic_of: for any joint of the file.
-        fixed: {joint name: position}, as the caller gave it.
+        fixed: {joint name: position}, as given by the caller.
 
     Raises:
         RobotFileError: if joints follow each other in a cycle, ``fixed`` names a joint that is neither between base and

@@ -21,7 +21,7 @@ def limited(
     position: npt.ArrayLike | None = None,
     acceleration: npt.ArrayLike | None = None,
 ) -> tuple[Joint, ...]:
-    """The same joints with other limits; None keeps what they have.
+    """The same joints with other limits; None keeps the present ones.
 
     Args:
         joints: n joints.
@@ -30,7 +30,7 @@ def limited(
         acceleration: (n,) or one number for all [rad/s²] or [m/s²], at least 0.
 
     Raises:
-        InputError: wrong shape, NaN, a negative rate, or lower above upper.
+        InputError: if a shape is wrong, a value is NaN, a velocity is negative, or lower is above upper.
     """
     n = len(joints)
     changes: list[dict[str, Any]] = [{} for _ in joints]
@@ -49,7 +49,7 @@ def symmetric_limits(name: str, value: npt.ArrayLike, n: int) -> FloatArray:
 
 
 def driven(joints: list[Joint], velocity_limits: npt.ArrayLike | None) -> Iterable[Joint]:
-    """The joints with a builder's ``velocity_limits``; None leaves them without."""
+    """The joints with a builder's ``velocity_limits``; None: no limits."""
     if velocity_limits is None:
         return joints
     return limited(joints, velocity=symmetric_limits("velocity_limits", velocity_limits, len(joints)))

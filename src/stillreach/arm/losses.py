@@ -1,4 +1,4 @@
-"""What an arm can do at a configuration, and what the loss of each joint costs it there."""
+"""What an arm can do at a configuration, and the cost of losing each joint."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ if TYPE_CHECKING:
 
 CONFIGURATIONS = 200
 SEED = 1994
-HEAD = ("joint", "locked at", "smallest σ", "left", "typical", "lost")
+HEAD = ("joint", "locked at", "smallest σ", "remaining", "typical", "lost")
 
 
 @dataclass(frozen=True)
 class Loss:
-    """What locking one joint costs.
+    """The cost of locking one joint.
 
     Args:
         joint: name.
-        singular_values: (min(m, n - 1),) of the Jacobian without the joint, falling [m, rad].
-        rank: in how many directions the tool can move without it.
+        singular_values: (min(m, n - 1),) of the Jacobian without the joint, descending [m, rad].
+        rank: number of directions in which the tool can move without it.
         remaining: manipulability without it over manipulability with it, 0 to 1; 0 where a direction is lost.
-        lost: (lost, m) orthonormal unit twists that were possible and no longer are [m, rad].
+        lost: (lost, m) orthonormal unit twists that are possible only with the joint [m, rad].
     """
 
     joint: str
@@ -55,17 +55,17 @@ class Loss:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Losses:
-    """What the loss of each joint costs an arm at a configuration; ``str()`` of it is a table and a verdict.
+    """The cost of losing each joint at a configuration; ``str()`` returns a table and a verdict.
 
     ``losses["j4"]`` is the ``Loss`` of a joint; iterating gives the joints' names.
 
     Args:
         arm: the arm.
         q: (n,) [rad, m].
-        task: rows, axes and point of the task; None: all six rows at the arm's tool.
-        lost_below: speeds [m/s] and [rad/s]; a direction in which all joints at full rates give less is lost.
-        singular_values: (min(m, n),) of the whole arm's Jacobian, falling [m, rad].
-        rank: in how many directions the whole arm can move its tool.
+        task: rows, frame and point of the task; None: all six rows at the arm's tool.
+        lost_below: speeds [m/s] and [rad/s]; a direction in which all joints at full rates give less counts as lost.
+        singular_values: (min(m, n),) of the whole arm's Jacobian, descending [m, rad].
+        rank: number of directions in which the whole arm can move its tool.
         by_joint: the loss of each joint by name.
     """
 
@@ -93,49 +93,50 @@ class Losses:
 
     @cached_property
     def typical(self) -> FloatArray:
-        """(n,) the same as the median over the arm's range; 0 where a direction is lost over most of it."""
+        """(n,) median of ``remaining`` over the arm's range; 0 where a direction is lost over most of it."""
         places = [_Place.of(self.arm, q, self.task, self.lost_below) for q in _configurations(self.arm)]
         return _door.frozen(np.median([place.left() for place in places], axis=0))
 
     @property
     def rows(self) -> tuple[int, ...]:
-        """(m,) which ones of [v; w] the task's rows are."""
+        """(m,) indices of the task's rows in [v; w]."""
         return _rows(self.task)
 
     @property
     def frame(self) -> str:
-        """The axes that the rows are taken along, "base" or "tool"."""
+        """The axes of the rows, "base" or "tool"."""
         return "base" if self.task is None else self.task.frame
 
     @property
     def least_spared(self) -> str:
-        """The joint that leaves least over the arm's range, and among equals here."""
+        """The joint with the lowest typical value; among equals, the lowest remaining value."""
         return self.arm.joint_names[min(range(self.arm.n), key=lambda i: (self.typical[i], self.remaining[i]))]
 
     @property
     def verdict(self) -> str:
-        """Which joint the arm can spare least, in words."""
+        """The most critical joints, in words."""
         names = self.arm.joint_names
         always = [name for name, left in zip(names, self.typical, strict=True) if left == 0.0]
         here = [loss.joint for loss in self.by_joint.values() if len(loss.lost)]
         if len(always) == self.arm.n:
-            text = "This arm can spare no joint: without any of them the tool loses a direction over most of the range"
+            text = "Every joint is critical: without any one of them the tool loses a direction over most of the range"
         elif always:
-            text = f"What this arm can spare least {'is' if len(always) == 1 else 'are'} {joined(always, 'and')}: "
-            text += f"without {'it' if len(always) == 1 else 'any of them'} the tool loses a direction over most of "
-            text += "the range"
+            one = len(always) == 1
+            text = f"The most critical {'joint is' if one else 'joints are'} {joined(always, 'and')}: without "
+            text += f"{'it' if one else 'any one of them'} the tool loses a direction over most of the range"
         else:
             left = share(float(self.typical[names.index(self.least_spared)]))
-            text = f"What this arm can spare least is {self.least_spared}: without it a median of {left} of the "
-            text += "manipulability is left over the range"
+            text = f"The most critical joint is {self.least_spared}: without it the median remaining manipulability "
+            text += f"over the range is {left}"
         if here == always:
             return f"{text}."
         if not here:
-            return f"{text}. Here it can spare any one joint."
-        return f"{text}. Here it cannot spare {'any joint' if len(here) == self.arm.n else joined(here, 'or')}."
+            return f"{text}. Here the loss of any one joint costs no direction."
+        lost = "any joint" if len(here) == self.arm.n else joined(here, "or")
+        return f"{text}. Here the loss of {lost} costs a direction."
 
     def table(self) -> list[tuple[str, ...]]:
-        """Cells of the table below its HEAD, a row a joint."""
+        """Cells of the table below HEAD, one row for each joint."""
         return [
             (
                 loss.joint,
@@ -149,18 +150,18 @@ class Losses:
         ]
 
     def legend(self) -> list[str]:
-        """What the columns of the table mean, in lines."""
+        """Explanations of the columns, one a line."""
         lines = [
-            "left: manipulability without the joint, in per cent of the whole arm's",
-            "typical: the same, as the median over the arm's range; lost: over most of it",
+            "remaining: manipulability without the joint, in per cent of the whole arm's",
+            "typical: median over the arm's range; lost: a direction is lost over most of it",
         ]
         if any(len(loss.lost) for loss in self.by_joint.values()):
             asked = min(self.rows) < 3, max(self.rows) >= 3
             speeds = zip(self.lost_below, ("m", "rad"), asked, strict=True)
             least = [shown(speed, unit, rate=True) for speed, unit, counts in speeds if counts]
             lines += [
-                "lost: direction [m/s, rad/s] in which all joints but this one, at full rates,",
-                f"      give less than {' and '.join(least)}",
+                "lost: direction [m/s, rad/s] in which the other joints at full rates give less",
+                f"      than {' and '.join(least)}",
             ]
         return lines
 
@@ -174,7 +175,7 @@ class Losses:
 
 
 def losses(arm: Arm, q: npt.ArrayLike | None, task: Asked | None, least: tuple[float, float]) -> Losses:
-    """What the loss of each joint costs; arguments as of ``Arm.losses``."""
+    """The cost of losing each joint; arguments as for ``Arm.losses``."""
     checked_task(task)
     speeds = _door.vector("lost_below", least, 2, minimum=0.0)
     if not np.all(speeds > 0.0):
@@ -192,9 +193,9 @@ def losses(arm: Arm, q: npt.ArrayLike | None, task: Asked | None, least: tuple[f
 
 
 def best(arm: Arm, task: Asked | None = None, least: tuple[float, float] = (LEAST_SPEED, LEAST_TURN)) -> FloatArray:
-    """(n,) where an arm moves best of a sample of its range [rad, m].
+    """(n,) the best configuration in a sample of an arm's range [rad, m].
 
-    It has the most directions, and among equals the largest manipulability, with rates measured in their limits.
+    It has the most directions and, among equals, the largest manipulability, with rates relative to their limits.
     """
     marks = []
     for q in _configurations(arm):
@@ -227,7 +228,7 @@ class _Place:
         return cls(J, rates, speeds, directions(J * rates, speeds))
 
     def lost_without(self, joint: int) -> FloatArray:
-        """(m, lost) orthonormal directions that the whole arm serves, and not without a joint."""
+        """(m, lost) orthonormal directions that the arm serves only with a joint."""
         served = self.whole.served
         rest = np.delete(served.T @ (self.J * self.rates), joint, axis=1)
         return served @ directions(rest, self.least, served).lost
@@ -235,7 +236,7 @@ class _Place:
     def left(self) -> FloatArray:
         """(n,) manipulability without each joint over manipulability with it; 0 where a direction is lost.
 
-        It is the length of the joint's row in an orthonormal basis of the null space of J, of the served directions.
+        It is the norm of the joint's row in an orthonormal basis of the null space of J in the served directions.
         """
         served = self.whole.served
         _, _, Vt = np.linalg.svd(served.T @ self.J, full_matrices=True)
@@ -248,14 +249,14 @@ def _rows(task: Asked | None) -> tuple[int, ...]:
 
 
 def _singular_values(J: FloatArray) -> FloatArray:
-    """(min(m, n),) falling; none for no column."""
+    """(min(m, n),) singular values, descending; empty for a matrix without columns."""
     return np.asarray(np.linalg.svd(J, compute_uv=False)) if J.size else np.zeros(0)
 
 
 def _configurations(arm: Arm) -> FloatArray:
     """(CONFIGURATIONS, n) [rad, m] within the position limits, half a turn or 1 m to both sides where there are none.
 
-    They are random, and always the same.
+    They are random with a fixed seed.
     """
     lower, upper = arm.position_limits.T
     span = np.where(arm.kinds == 1, 1.0, np.pi)

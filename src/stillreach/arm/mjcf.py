@@ -1,6 +1,6 @@
 """Arms from MJCF files: MuJoCo reads and compiles the file, the chain is taken from its model.
 
-What is not kinematics is thrown away before compiling: meshes need not be there, and loading takes milliseconds.
+Everything but kinematics is removed before compiling: mesh files may be missing, and loading takes milliseconds.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from stillreach._door import FloatArray
 from stillreach._formats import advice
 from stillreach._rotations import from_quaternions
-from stillreach.arm.chain import Chain, Step, along, assembled, check_length, way
+from stillreach.arm.chain import Chain, Step, along, assembled, check_length, path_between
 from stillreach.arm.joint import Joint
 from stillreach.arm.led import Led
 from stillreach.arm.placements import inverse, moved, translation, turned
@@ -27,11 +27,11 @@ NOT_KINEMATICS = (
     *("actuators", "sensors", "tendons", "skins", "flexes", "pairs", "excludes", "keys", "tuples", "numerics", "texts"),
     *("cameras", "lights", "geoms", "meshes", "hfields", "materials", "textures", "plugins"),
 )
-"""Parts of a model, in an order in which none refers to one that is gone already, once sites have no material."""
+"""Parts to remove, ordered so that none refers to a removed one, once sites have no material."""
 
 
 def chain(source: Any, tip: Any, base: Any, fixed: Mapping[str, float] | None) -> Chain:
-    """The chain between two bodies; ``Arm.from_mjcf`` says what the arguments are."""
+    """The chain between two bodies; see ``Arm.from_mjcf`` for the arguments."""
     try:
         import mujoco
     except ImportError as error:
@@ -49,20 +49,20 @@ def chain(source: Any, tip: Any, base: Any, fixed: Mapping[str, float] | None) -
 
 
 def _parsed(mujoco: Any, file: RobotFile) -> Any:
-    """The MjSpec of a file, after a first look at its XML."""
+    """The MjSpec of a file, after a check of its XML."""
     root = parse(file, max_attribute=len(file.data))
     if root.tag != "mujoco":
         raise file.error(root.label, f"<mujoco>, the root of an MJCF file{advice(root.tag)}", line=root.line)
     if file.path is None:
         return mujoco.MjSpec.from_string(file.data.decode(file.encoding or "utf-8"))
-    beside = file.path.with_name(f"{file.path.name}.xml")  # MuJoCo reads files of other names and encodings under one
+    beside = file.path.with_name(f"{file.path.name}.xml")  # the name and encoding that MuJoCo accepts
     return mujoco.MjSpec.from_file(str(beside), include={beside.name: file.data})
 
 
 def _compile(mujoco: Any, file: RobotFile, get_spec: Callable[[], Any]) -> Any:
     """The model of a spec, stripped of all but bodies, joints, sites and couplings of joints.
 
-    Static bodies are not fused: MuJoCo would take those away that only a stripped part refers to.
+    Static bodies are not fused: MuJoCo would remove those that only a stripped part refers to.
     """
     try:
         spec = get_spec()
@@ -84,7 +84,7 @@ def _compile(mujoco: Any, file: RobotFile, get_spec: Callable[[], Any]) -> Any:
     except (ValueError, mujoco.FatalError) as error:
         text = " ".join(str(error).split())[:300]
         line = re.search(r"line (\d+)", text)
-        raise file.error(f"what MuJoCo refuses ({text})", "an MJCF file", line=int(line[1]) if line else None) from None
+        raise file.error(f"an error of MuJoCo ({text})", "an MJCF file", line=int(line[1]) if line else None) from None
 
 
 class _Bodies:
@@ -105,13 +105,13 @@ class _Bodies:
     def chain(self, tip: Any, base: Any, fixed: Any) -> Chain:
         start = 0 if base is None else self.names.index(self.file.chosen("base", base, "a body", self.names))
         end, last = self._end(tip, start)
-        passed = way(start, end, lambda body: int(self.model.body_parentid[body]) if body else None)
-        check_length(self.file, int(sum(self.model.body_jntnum[body] for body, _ in passed)))
-        steps = [*along(passed, self._steps), last]
+        path = path_between(start, end, lambda body: int(self.model.body_parentid[body]) if body else None)
+        check_length(self.file, int(sum(self.model.body_jntnum[body] for body, _ in path)))
+        steps = [*along(path, self._steps), last]
         return assembled(self.file, self.title or self.file.stem, steps, self._mimic_of, fixed)
 
     def _end(self, tip: Any, start: int) -> tuple[int, FloatArray]:
-        """The body that carries the tip, and the tip's frame (4, 4) seen from that body."""
+        """The body that carries the tip, and the tip's frame (4, 4) in that body's frame."""
         if tip is None:
             parents = {start, *self.model.body_parentid.tolist()}
             leaves = tuple(name for i, name in enumerate(self.names) if i not in parents)
@@ -140,7 +140,7 @@ class _Bodies:
         return steps
 
     def _unfit(self, joint: int, body: int, up: bool) -> RobotFileError:
-        """The error of a joint that no chain can pass, with the chain beside it."""
+        """The error of a joint that a chain cannot include, with advice for a chain beside it."""
         name, word = self.names[body], ("free", "ball")[int(self.model.jnt_type[joint])]
         argument, verb = ("tip", "ends before") if up else ("base", "begins after")
         return self.file.error(
@@ -152,13 +152,13 @@ class _Bodies:
         )
 
     def _joint_name(self, joint: int) -> str:
-        """Its name, or its body's and its place there."""
+        """The joint's name, or its body's name and the index in the body."""
         body = int(self.model.jnt_bodyid[joint])
         place = joint - int(self.model.body_jntadr[body]) + 1
         return self.model.joint(joint).name or f"{self.names[body] or f'body {body}'} joint {place}"
 
     def _mimic_of(self, name: str) -> Led | None:
-        """Whom a joint follows, by an equality constraint between joints."""
+        """The leader of a joint, by an equality constraint between joints."""
         joint = self.by_name[name]
         if joint not in self.couplings:
             return None

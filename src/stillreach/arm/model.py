@@ -1,4 +1,4 @@
-"""The arm: an immutable chain of joints from a base to a tool, and where its tool is and moves."""
+"""The arm: an immutable chain of joints from a base to a tool, with its kinematics."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ class Arm(Structure):
     """A serial chain of joints. Immutable: its arrays are read-only and ``with_...`` returns another arm.
 
     Args:
-        joints: one or more Joint, from the base on; those without a name become ``j1``, ``j2``, … by place.
-        tool: (4, 4) [m] pose of the tool seen from the frame that the last joint moves; None is the identity.
-        name: what the arm is called in tables and files.
-        followers: joints without a drive, that move with others (mimic joints).
+        joints: one or more Joint, from the base on; those without a name become ``j1``, ``j2``, … by position.
+        tool: (4, 4) [m] pose of the tool in the frame that the last joint moves; None is the identity.
+        name: the arm's name in tables and files.
+        followers: joints without a drive that move with others (mimic joints).
 
     Raises:
-        InputError: no joint, something else than a Joint, two joints of one name, a tool that is not rigid, followers
-            of no joint or without a place.
+        InputError: if joints are missing, an item is not a Joint, a name is repeated, the tool is not rigid, or a
+            follower is invalid.
     """
 
     @classmethod
@@ -54,10 +54,10 @@ class Arm(Structure):
             lengths: (number of P + 1,) [m] base to first pitch, pitch to pitch, last pitch to tool; or one
                 for all. A roll sits in the middle of its segment.
             velocity_limits: (n,) or one for all [rad/s]; None is no limit (others: ``with_limits``).
-            name: what the arm is called.
+            name: the arm's name.
 
         Raises:
-            InputError: another letter, two rolls in one segment, wrong lengths or limits.
+            InputError: if a letter, length or limit is invalid, or a segment has two rolls.
         """
         joints, tool = module_chain(sequence, lengths)
         return cls(driven(joints, velocity_limits), tool=tool, name=name)
@@ -78,13 +78,13 @@ class Arm(Structure):
         Args:
             rows: one DHRow for each joint, from the base on.
             convention: ``"standard"`` or ``"modified"`` (Craig).
-            base: (4, 4) [m] the table's frame 0 seen from the base; None is the identity.
-            tool: (4, 4) [m] the tool seen from the table's frame n; None is the identity.
+            base: (4, 4) [m] the table's frame 0 in the base frame; None is the identity.
+            tool: (4, 4) [m] the tool in the table's frame n; None is the identity.
             velocity_limits: (n,) or one for all [rad/s] or [m/s]; None is no limit (others: ``with_limits``).
-            name: what the arm is called.
+            name: the arm's name.
 
         Raises:
-            InputError: something else than DHRow, another convention, a pose that is not rigid, wrong limits.
+            InputError: if an item is not a DHRow, the convention is unknown, a pose is not rigid or a limit is invalid.
         """
         joints, last = dh_chain(rows, convention, base)
         end = last if tool is None else last @ _door.pose("tool", tool)
@@ -99,7 +99,7 @@ class Arm(Structure):
         base: str | None = None,
         fixed: Mapping[str, float] | None = None,
     ) -> Arm:
-        """The chain between two links of a URDF file; also up one branch of its tree and down another.
+        """The chain between two links of a URDF file; it may go up one branch of the tree and down another.
 
         Revolute, continuous and prismatic joints become the arm's, with their names and limits (lower and upper are 0
         where a file of URDF 1.0 or 1.1 has neither; a missing velocity is no limit; from URDF 1.2 on, the smaller of
@@ -110,10 +110,10 @@ class Arm(Structure):
 
         Args:
             path: the file, its text (which begins with ``<``) or a file object, e.g. ``sys.stdin.buffer``. Meshes are
-                not looked at.
-            tip: link whose frame is the tool; None takes the only link that has no child below the base.
-            base: link that poses are seen from; None takes the root.
-            fixed: joints held at a position [rad] or [m], which are then no joints of the arm; also leaders outside it.
+                ignored.
+            tip: link whose frame is the tool; None: the only link without children below the base.
+            base: link that poses refer to; None: the root.
+            fixed: joints held at a position [rad] or [m] and left out of the arm; also leaders outside it.
 
         Raises:
             RobotFileError: if the file cannot be read, is malformed, hostile, xacro or of an unknown version, is not a
@@ -138,33 +138,33 @@ class Arm(Structure):
         (``with_limits`` sets them). Joints that an equality constraint couples follow each other.
 
         Args:
-            path_or_model: the file (meshes need not be there), its text (begins with ``<``), a file object, a
+            path_or_model: the file (meshes may be missing), its text (begins with ``<``), a file object, a
                 ``mujoco.MjSpec`` or a ``mujoco.MjModel``.
-            tip: body or site whose frame is the tool; None takes the only body that has no child.
-            base: body that poses are seen from; None takes the world.
-            fixed: joints held at a position [rad] or [m], which are then no joints of the arm.
+            tip: body or site whose frame is the tool; None: the only body without children.
+            base: body that poses refer to; None: the world.
+            fixed: joints held at a position [rad] or [m] and left out of the arm.
 
         Raises:
             MissingExtraError: if MuJoCo is not installed.
-            RobotFileError: as of ``from_urdf``; or if a free or ball joint is between base and tip.
+            RobotFileError: as ``from_urdf``; or if a free or ball joint is between base and tip.
         """
         from stillreach.arm.mjcf import chain
 
         return cls(**chain(path_or_model, tip, base, fixed)._asdict())
 
     def to_urdf(self, path: str | os.PathLike[str] | None = None) -> str:
-        """The arm as URDF, which ``from_urdf`` reads back, and MuJoCo and other readers, too.
+        """The arm as URDF, for ``from_urdf``, MuJoCo and other readers.
 
         It is URDF 1.0, or 1.2 where a joint has an acceleration limit. Links have no mass; in MuJoCo each gets 1 kg.
 
         Args:
-            path: where to write it; None writes nothing.
+            path: the file to write; None writes nothing.
 
         Returns:
-            The text of the file. A limit of 1e9 stands for none.
+            The text of the file. A limit of 1e9 means no limit.
 
         Raises:
-            InputError: if a name holds characters that XML cannot hold.
+            InputError: if a name has characters that XML does not allow.
             OSError: if the file cannot be written.
         """
         from stillreach.arm.urdf_write import write_urdf
@@ -182,7 +182,7 @@ class Arm(Structure):
             (..., 4, 4) [m].
 
         Raises:
-            InputError: another shape, not numbers, NaN or infinite.
+            InputError: if the shape is wrong or a value is not a finite number.
         """
         return self._each(self.model.forward, q, (4, 4))
 
@@ -190,44 +190,44 @@ class Arm(Structure):
         """Twist of the tool per joint rate: [v; w] of the tool point, along base axes.
 
         Args:
-            q: (..., n) joint values [rad] or [m], or by joint name, as of ``forward``.
+            q: (..., n) joint values [rad] or [m], or by joint name, as for ``forward``.
 
         Returns:
             (..., 6, n); a revolute column is in [m/rad] and [1], a prismatic one in [1] and [rad/m] (zero).
 
         Raises:
-            InputError: another shape, not numbers, NaN or infinite.
+            InputError: if the shape is wrong or a value is not a finite number.
         """
         return self._each(self.model.jacobian, q, (6, self.n))
 
     def singular_values(
         self, q: npt.ArrayLike, task: Asked | None = None, *, joints: Iterable[str | int] | None = None
     ) -> FloatArray:
-        """How fast unit joint rates move the tool: from the direction served best to the one served worst.
+        """Tool speeds for unit joint rates, from the best served direction to the worst.
 
         Args:
-            q: (..., n) joint values [rad] or [m], or by joint name, as of ``forward``.
-            task: rows, axes, point and weights; None: all six rows at the arm's tool, in metres and radians.
-            joints: k names or indices of the joints that work; None: all.
+            q: (..., n) joint values [rad] or [m], or by joint name, as for ``forward``.
+            task: rows, frame, point and weights; None: all six rows at the arm's tool, in metres and radians.
+            joints: k names or indices of the working joints; None: all.
 
         Returns:
-            (..., min(m, k)) singular values of these joints' weighted Jacobian, falling.
+            (..., min(m, k)) singular values of these joints' weighted Jacobian, descending.
 
         Raises:
-            InputError: another shape, not numbers, NaN or infinite; a joint twice.
-            UnknownJointError: the arm has no such joint.
+            InputError: if the shape is wrong, a value is not a finite number, or a joint is repeated.
+            UnknownJointError: if the arm has no such joint.
         """
         return spectra(self, q, task, joints, product=False)
 
     def manipulability(
         self, q: npt.ArrayLike, task: Asked | None = None, *, joints: Iterable[str | int] | None = None
     ) -> FloatArray:
-        """The root of det(J Jᵀ) of the weighted Jacobian: the product of its m singular values (Yoshikawa, 1985).
+        """The square root of det(J Jᵀ) of the weighted Jacobian, the product of its m singular values (Yoshikawa).
 
         Arguments and errors are those of ``singular_values``.
 
         Returns:
-            (...,) array; 0 where a direction of the task is lost, as with fewer joints than rows.
+            (...,) array; 0 if a direction of the task is lost or there are fewer joints than rows.
         """
         return spectra(self, q, task, joints, product=True)
 
@@ -238,17 +238,17 @@ class Arm(Structure):
         *,
         lost_below: tuple[float, float] = (LEAST_SPEED, LEAST_TURN),
     ) -> Losses:
-        """What the loss of each joint costs: remaining manipulability, and directions that are lost.
+        """The cost of losing each joint: remaining manipulability and lost directions.
 
         Args:
-            q: (n,) joint values [rad] or [m], or by joint name; None: where the arm moves best, of a sample of its
+            q: (n,) joint values [rad] or [m], or by joint name; None: the best configuration in a sample of the
                 range.
-            task: rows, axes and point; None: all six rows at the arm's tool.
-            lost_below: speeds [m/s] and [rad/s]; a direction in which full rates give less is lost. Joints without a
-                rate limit count with 1 rad/s or 1 m/s.
+            task: rows, frame and point; None: all six rows at the arm's tool.
+            lost_below: speeds [m/s] and [rad/s]; a direction in which full rates give less counts as lost. Joints
+                without a velocity limit count with 1 rad/s or 1 m/s.
 
         Returns:
-            What is left without each joint; ``print`` shows it as a table with a verdict.
+            The loss of each joint; ``print`` shows a table and a verdict.
 
         Raises:
             InputError: if an argument is invalid.
@@ -264,7 +264,7 @@ class Arm(Structure):
 
         Raises:
             InputError: if an argument is invalid.
-            MissingExtraError: matplotlib is not installed (extra ``plot``).
+            MissingExtraError: if matplotlib is not installed (extra ``plot``).
         """
         from stillreach.show.scene import arm_picture
 
@@ -278,7 +278,7 @@ class Arm(Structure):
         position: npt.ArrayLike | None = None,
         acceleration: npt.ArrayLike | None = None,
     ) -> Arm:
-        """The same arm with other limits; None keeps what it has.
+        """The same arm with other limits; None keeps the present ones.
 
         Args:
             velocity: (n,) or one for all [rad/s] or [m/s], at least 0; 0 means that the joint cannot move.
@@ -286,21 +286,21 @@ class Arm(Structure):
             acceleration: (n,) or one for all [rad/s²] or [m/s²], at least 0.
 
         Raises:
-            InputError: wrong shape, NaN, a negative rate, or lower above upper.
+            InputError: if a shape is wrong, a value is NaN, a velocity is negative, or lower is above upper.
         """
         joints = limited(self.joints, velocity=velocity, position=position, acceleration=acceleration)
         return Arm(joints, tool=self.tool, name=self.name, followers=self.followers)
 
     def with_tool(self, tool: npt.ArrayLike) -> Arm:
-        """The same arm with another tool in place of the one it has.
+        """The same arm with another tool.
 
-        Many arms have their last link in ``tool``: ``arm.with_tool(arm.tool @ T)`` adds T to its end.
+        ``tool`` often includes the last link: ``arm.with_tool(arm.tool @ T)`` adds T to its end.
 
         Args:
-            tool: (4, 4) [m] pose of the tool seen from the frame that the last joint moves.
+            tool: (4, 4) [m] pose of the tool in the frame that the last joint moves.
 
         Raises:
-            InputError: it is not a rigid transform.
+            InputError: if the tool is not a rigid transform.
         """
         return Arm(self.joints, tool=tool, name=self.name, followers=self.followers)
 

@@ -1,4 +1,4 @@
-"""Arms put together from roll and pitch modules (Bedrossian, 1994): a letter a joint, a length a segment."""
+"""Arms of roll and pitch modules (Bedrossian, 1994): one letter for each joint, one length for each segment."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def module_chain(sequence: str, lengths: npt.ArrayLike) -> tuple[list[Joint], Fl
         The joints, and the tool (4, 4) seen from the last one.
 
     Raises:
-        InputError: another letter, two rolls in one segment, or wrong lengths.
+        InputError: if a letter or length is invalid, or a segment has two rolls.
     """
     rolls = _rolls_per_segment(sequence)
     segments = _door.vector("lengths", lengths, len(rolls), minimum=0.0)
@@ -46,7 +46,7 @@ def module_chain(sequence: str, lengths: npt.ArrayLike) -> tuple[list[Joint], Fl
 
 
 def _rolls_per_segment(sequence: Any) -> list[bool]:
-    """For each segment whether it has a roll joint."""
+    """Whether each segment has a roll joint."""
     expected = "letters R (roll about the link) and P (pitch across it), e.g. 'RPRPR'"
     if not isinstance(sequence, str) or not sequence:
         raise InputError("sequence", _door.describe(sequence), expected)
@@ -58,6 +58,6 @@ def _rolls_per_segment(sequence: Any) -> list[bool]:
         raise InputError(
             "sequence",
             f"two rolls in one segment (places {place} and {place + 1} of {sequence!r})",
-            "at most one R between two P: rolls of one segment share their axis and are one joint in truth",
+            "at most one R between two P: rolls of one segment have the same axis, so they act as one joint",
         )
     return ["R" in segment for segment in sequence.split("P")]

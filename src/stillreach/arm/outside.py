@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from stillreach.arm.model import Arm
 
 ROUNDING = 1e-6
-"""[rad, m] by which a value rounded to six decimals may be outside."""
+"""[rad, m] tolerance for values rounded to six decimals."""
 
 
 class Outside(NamedTuple):
@@ -20,8 +20,8 @@ class Outside(NamedTuple):
 
     Args:
         joint: index.
-        got: joint and value.
-        expected: its limits.
+        got: joint and value, in words.
+        expected: its limits, in words.
     """
 
     joint: int
@@ -30,7 +30,7 @@ class Outside(NamedTuple):
 
 
 def outside(arm: Arm, q: FloatArray, limits: FloatArray) -> list[Outside]:
-    """The joints that q (n,) [rad, m] puts outside position limits (n, 2)."""
+    """The joints of q (n,) [rad, m] that are outside their position limits (n, 2)."""
     lower, upper = limits.T
     found = []
     for i in np.flatnonzero((q < lower - ROUNDING) | (q > upper + ROUNDING)):

@@ -1,4 +1,4 @@
-"""The few rigid transforms that arms are built from: 4 x 4 matrices, to be chained with ``@``."""
+"""The rigid transforms that arms are built from: 4 x 4 matrices, combined with ``@``."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def moved(kind: str, axis: npt.ArrayLike, position: float) -> FloatArray:
 
 
 def rigid(T: FloatArray) -> FloatArray:
-    """The transform with the rounding of many products taken out of its rotation."""
+    """The transform with its rotation made orthonormal again, after rounding in many products."""
     R = T[:3, :3]
     if np.max(np.abs(R @ R.T - np.eye(3))) > 1e-14:
         U, _, Vt = np.linalg.svd(R)

@@ -1,4 +1,4 @@
-"""A robot file on its way in: what it is called, its bytes, and errors that name the place."""
+"""Reading of robot files: name, bytes, and errors with line and element."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from stillreach.errors import RobotFileError
 
 MAX_BYTES = 16 * 2**20
 UTF_16 = dict.fromkeys(UTF_16_MARKS, "utf-16") | {b"<\0": "utf-16-le", b"\0<": "utf-16-be"}
-"""How files begin that are in UTF-16, with and without a byte order mark."""
+"""First bytes of UTF-16 files, with and without a byte order mark."""
 SHOWN = 30
-"""How many choices a message lists."""
+"""Largest number of choices in a message."""
 
 
 @dataclass(frozen=True)
 class RobotFile:
-    """The contents of a file, and its name for messages.
+    """The contents of a file and its name in messages.
 
     Attributes:
-        name: the path as it came, or ``"<text>"`` and its like.
+        name: the path as given, or a word such as ``"<text>"``.
         stem: the file's name without folder and suffix.
         data: its bytes.
-        encoding: how the bytes encode text; None leaves that to the file.
-        path: a regular file that other files can be relative to, or None.
+        encoding: of the bytes; None: as the file declares.
+        path: the regular file, to which other paths may be relative; or None.
     """
 
     name: str
@@ -49,13 +49,13 @@ class RobotFile:
         return self.error(shown(value), expected, choices=names, **place)
 
     def chosen(self, argument: str, value: Any, what: str, choices: Iterable[str]) -> str:
-        """The value if it is one of the choices; else RobotFileError lists those that have a name."""
+        """The value, if it is one of the choices; otherwise raises RobotFileError with the named ones."""
         if isinstance(value, str) and value in choices:
             return value
         raise self.unknown(value, what, filter(None, choices), argument=argument)
 
     def only(self, ends: tuple[str, ...], what: str) -> str:
-        """The one end of a tree, for a tip of None; else RobotFileError lists them."""
+        """The only end of a tree, for a tip of None; raises RobotFileError with all ends if there are several."""
         if len(ends) == 1:
             return ends[0]
         expected = f"{what}, because the tree has {len(ends)} ends: {listing(ends)}"
@@ -63,15 +63,15 @@ class RobotFile:
 
 
 def read(source: Any, kind: str, *, also: str = "") -> RobotFile:
-    """Read a file, or take text that is one.
+    """Read a file, from a path, a text or a file object.
 
     Args:
         source: the path of the file; its text, recognised by its first character, ``<``; or an object with ``read``.
-        kind: what it should be, for messages: ``"a URDF file"``.
-        also: what the caller takes beside files, for messages.
+        kind: expected contents, for messages: ``"a URDF file"``.
+        also: other sources that the caller accepts, for messages.
 
     Raises:
-        RobotFileError: there is no such file, it cannot be read, or it is larger than 16 MiB.
+        RobotFileError: if the file is missing, cannot be read, or is larger than 16 MiB.
     """
     if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
         return _checked(RobotFile("<text>", "arm", source.encode("utf-8", "surrogatepass"), "utf-8"))
@@ -84,8 +84,8 @@ def read(source: Any, kind: str, *, also: str = "") -> RobotFile:
     name = os.fspath(source)
     try:
         path = Path(name)
-        if path.exists() and not path.is_file():  # a folder, or a pipe that would never end
-            raise RobotFileError("path", "no regular file", kind, name)
+        if path.exists() and not path.is_file():  # a folder, or a pipe that may never end
+            raise RobotFileError("path", "a path that is not a regular file", kind, name)
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
     except RobotFileError:
@@ -93,12 +93,12 @@ def read(source: Any, kind: str, *, also: str = "") -> RobotFile:
     except OSError as error:
         raise RobotFileError("path", f"no readable file ({error.strerror})", kind, name) from None
     except ValueError:
-        raise RobotFileError("path", f"{_door.describe(name)}, which is no path", kind, "path") from None
+        raise RobotFileError("path", f"{_door.describe(name)}, which is not a path", kind, "path") from None
     return _checked(RobotFile(name, path.stem or "arm", data, path=path))
 
 
 def _stream(stream: Any, kind: str) -> RobotFile:
-    """All that a file object still holds, bytes or text."""
+    """The rest of a file object, bytes or text."""
     named = getattr(stream, "name", None)
     name = named if isinstance(named, str) and named else "<stream>"
     data, encoding = bytearray(), None
@@ -133,8 +133,8 @@ def _checked(file: RobotFile) -> RobotFile:
 
 
 def listing(names: tuple[str, ...]) -> str:
-    """The names; of many, the first and how many more."""
-    return listed(names, SHOWN) or "there is none"
+    """The names; of many, the first and the number of others."""
+    return listed(names, SHOWN) or "none exist"
 
 
 def shown(value: Any) -> str:

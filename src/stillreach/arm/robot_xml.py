@@ -1,8 +1,8 @@
-"""The part of an XML file that a robot's kinematics are in, with line numbers; files made to do harm are refused.
+"""The kinematic part of an XML file, with line numbers; malicious files are rejected.
 
-Expat of the standard library does the parsing. A document type declaration ends it at once: without one there are no
-entities, none that expand without end and none that name other files. Size, depth, number of elements and length of
-attributes are bounded. Elements deeper than ``robot/joint/*`` are looked at for their names only.
+Expat of the standard library parses the file. A document type declaration is an error, so entities cannot expand
+without end or read other files. Size, depth, number of elements and length of attributes are bounded. Of elements
+deeper than ``robot/joint/*`` only the names are read.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ MAX_ATTRIBUTE = 1000
 KEPT_DEPTH = 3
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 BEFORE_DECLARATION = re.compile(rb"(?:\xef\xbb\xbf)?(?:[ \t\r\n]|<\?xml[ \t\r\n][^>]*>)+(?=<\?xml[ \t\r\n])")
-"""White space or another declaration, which XML forbids there and most readers skip."""
+"""White space or a second declaration: invalid XML that most readers skip."""
 AFTER_THE_END = re.compile(rb"(?<=>)\s*\0[\0\s]*\Z")
-"""The zero that ends a text in C."""
+"""The terminating zero of a C string."""
 COMMENT_OR_CDATA = re.compile(rb"<!--|<!\[CDATA\[")
 BLANK = bytes(byte if byte in b"\r\n" else ord(" ") for byte in range(256))
 XACRO = "xacro:"
 EXPANDABLE = {"include", "macro", "call", "insert_block", "if", "unless", "element", "attribute"}
-"""Of xacro's own elements, those that can add links or joints; a call of a macro that the file lacks cannot."""
+"""The xacro elements that can add links or joints; a call of a missing macro cannot."""
 XACRO_ADVICE = "a plain URDF file: expand xacro first, e.g. `xacro robot.urdf.xacro > robot.urdf`"
 
 
 @dataclass
 class Element:
-    """One element: its tag, attributes, line and, down to ``robot/joint/*``, its children; it makes its own errors.
+    """One element: its tag, attributes, line and, down to ``robot/joint/*``, its children; it creates its own errors.
 
-    A tag of xacro begins with ``xacro:``, whatever prefix the file uses. ``missing``: it is not in the file.
+    A tag of xacro begins with ``xacro:``, for any prefix in the file. ``missing``: the file does not have the element.
     """
 
     file: RobotFile
@@ -68,7 +68,7 @@ class Element:
         return self.file.unknown(value, what, choices, line=self.line, element=self.label)
 
     def child(self, tag: str) -> Element:
-        """The first child of that tag, like other readers; or one without attributes that is ``missing``."""
+        """The first child with that tag, as in other readers; or a ``missing`` one without attributes."""
         empty = Element(self.file, tag, {}, self.line, self, missing=True)
         return next((child for child in self.children if child.tag == tag), empty)
 
@@ -77,12 +77,12 @@ class Element:
         return self.attributes.get(name, default).strip()
 
     def number(self, name: str, default: float, largest: float = math.inf) -> float:
-        """The number in an attribute; the default where it is missing."""
+        """The number in an attribute; the default if it is missing."""
         text = self._text(name)
         return default if text is None else self._number(name, text, largest)
 
     def numbers(self, name: str, count: int, default: Sequence[float] | None = None, largest: float = math.inf) -> Any:
-        """The ``count`` numbers in an attribute; None as default: they are required."""
+        """The ``count`` numbers in an attribute; required if the default is None."""
         text = self._text(name)
         if text is None and default is not None:
             return tuple(default)
@@ -112,7 +112,8 @@ def parse(file: RobotFile, max_attribute: int = MAX_ATTRIBUTE) -> Element:
     """The root element of a robot file; no attribute that is kept may be longer than ``max_attribute``.
 
     Raises:
-        RobotFileError: not well-formed, xacro, a document type declaration, too deep, too long an attribute.
+        RobotFileError: if the text is not well-formed or too deep, has a document type declaration or too long an
+            attribute, or is xacro.
     """
     data = _without_comments(AFTER_THE_END.sub(b"", file.data))
     before = BEFORE_DECLARATION.match(data)
@@ -125,13 +126,13 @@ def parse(file: RobotFile, max_attribute: int = MAX_ATTRIBUTE) -> Element:
         raise file.error(got, "well-formed XML", line=reader.lines_before + error.lineno) from None
     except RobotFileError:
         raise
-    except (LookupError, ValueError) as error:  # an encoding that Python or expat cannot do
+    except (LookupError, ValueError) as error:  # an encoding that Python or expat does not support
         raise file.error(f"an encoding that cannot be read ({error})", "UTF-8", line=1) from None
     return reader.root
 
 
 def _without_comments(data: bytes) -> bytes:
-    """Spaces in place of comments: XML forbids ``--`` in them, and most readers do not."""
+    """The data with comments replaced by spaces: XML forbids ``--`` in them, but most readers accept it."""
     parts, at = list[bytes](), 0
     while opening := COMMENT_OR_CDATA.search(data, at):
         is_comment = opening[0] == b"<!--"
@@ -146,7 +147,7 @@ def _without_comments(data: bytes) -> bytes:
 
 
 class _Reader:
-    """Handlers for expat, and the elements that they met."""
+    """Handlers for expat, and the elements read."""
 
     def __init__(self, file: RobotFile, max_attribute: int, lines_before: int) -> None:
         self.file = file
@@ -154,7 +155,7 @@ class _Reader:
         self.lines_before = lines_before
         self.open: list[Element] = []
         self.depth = self.count = 0
-        self.xacro = {"xacro"}  # prefixes of elements that are to be expanded
+        self.xacro = {"xacro"}  # prefixes of elements to expand
         self.root: Element
         self.parser = expat.ParserCreate(file.encoding)
         self.parser.StartDoctypeDeclHandler = self.doctype
@@ -162,12 +163,12 @@ class _Reader:
         self.parser.EndElementHandler = self.end
 
     def error(self, got: str, expected: str, element: str | None = None) -> RobotFileError:
-        """An error where the parser is."""
+        """An error at the current line."""
         line = self.lines_before + self.parser.CurrentLineNumber
         return self.file.error(got, expected, line=line, element=element)
 
     def doctype(self, *_: object) -> None:
-        expected = "none: entities could expand without end, or read other files"
+        expected = "a file without one: entities could expand without end or read other files"
         raise self.error("a document type declaration (<!DOCTYPE)", expected)
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:

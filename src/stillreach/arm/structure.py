@@ -1,4 +1,4 @@
-"""What an arm is made of: joints, tool and followers, as arrays and in the compiled core."""
+"""The parts of an arm: joints, tool and followers, as arrays and in the compiled core."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from stillreach.errors import InputError, UnknownJointError
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Structure(Value):
-    """The parts of an ``Arm``, which has its methods beside them."""
+    """The parts of an ``Arm``; the methods are in ``Arm``."""
 
     joints: tuple[Joint, ...]
     tool: FloatArray
@@ -58,7 +58,7 @@ class Structure(Value):
 
     @cached_property
     def labels(self) -> Labels:
-        """Names of the joints for values that come by name; those of the followers may stand beside them."""
+        """Names of the joints, for values by name; those of followers are accepted and ignored."""
         return Labels("joint", self.joint_names, tuple(str(follower.joint.name) for follower in self.followers))
 
     @cached_property
@@ -80,7 +80,7 @@ class Structure(Value):
 
     @cached_property
     def velocity_limits(self) -> FloatArray:
-        """(n,) largest rate of each joint in either direction [rad/s] or [m/s]."""
+        """(n,) largest velocity of each joint in either direction [rad/s] or [m/s]."""
         return _door.frozen([joint.velocity_limit for joint in self.joints])
 
     @cached_property
@@ -90,7 +90,7 @@ class Structure(Value):
 
     @cached_property
     def reach(self) -> float:
-        """Distance from the base that the tool never exceeds [m]: links stretched, slides at their ends."""
+        """Upper bound of the tool's distance from the base [m]: all links stretched, slides at their ends."""
         links = [moving.joint.placement for moving in self.chain] + [self.tool]
         slides = [
             max(abs(moving.factor * end + moving.offset) for end in self.joints[moving.leader].position_limits)
@@ -101,7 +101,7 @@ class Structure(Value):
 
     @cached_property
     def chain(self) -> tuple[Moving, ...]:
-        """All joints that move, the followers included, from the base on."""
+        """All moving joints, including followers, from the base on."""
         return chain(self.joints, self.followers)
 
     @cached_property
@@ -122,7 +122,7 @@ class Structure(Value):
             joint: its name, or its index (0 to n-1; no negative ones).
 
         Raises:
-            UnknownJointError: the arm has no such joint, or it follows another one, which the message names.
+            UnknownJointError: if the arm has no such joint, or it is a follower; the message names the leader.
         """
         if isinstance(joint, str):
             if joint in self.joint_names:

@@ -1,7 +1,7 @@
 """Arms from URDF files: the chain between two links of a tree, with the standard library alone.
 
-Only what a chain's kinematics need is read: names and connections of all links and joints, numbers of the joints
-between base and tip. Meshes, inertias, efforts, soft limits and transmissions are not looked at.
+Only the data for a chain's kinematics is read: names and connections of all links and joints, values of the joints
+between base and tip. Meshes, inertias, efforts, soft limits and transmissions are ignored.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from stillreach.arm.chain import Chain, Step, along, assembled, check_length, way
+from stillreach.arm.chain import Chain, Step, along, assembled, check_length, path_between
 from stillreach.arm.joint import Joint
 from stillreach.arm.led import Led
 from stillreach.arm.robot_file import read, shown
@@ -20,7 +20,7 @@ from stillreach.errors import RobotFileError
 
 
 def chain(source: Any, tip: Any, base: Any, fixed: Mapping[str, float] | None) -> Chain:
-    """The chain between two links; ``Arm.from_urdf`` says what the arguments are."""
+    """The chain between two links; see ``Arm.from_urdf`` for the arguments."""
     root = parse(read(source, "a URDF file"))
     calls = [child for child in root.children if child.tag.startswith(XACRO)]
     try:
@@ -45,10 +45,10 @@ class _Urdf:
         start = tree.root if base is None else file.chosen("base", base, "a link of the file", tree.links)
         if tip is None:
             tip = file.only(tree.leaves(start), "a link's name")
-        passed = way(start, file.chosen("tip", tip, "a link of the file", tree.links), tree.parent)
-        check_length(file, len(passed))
+        path = path_between(start, file.chosen("tip", tip, "a link of the file", tree.links), tree.parent)
+        check_length(file, len(path))
         name = self.root.word("name") or file.stem
-        return assembled(file, name, along(passed, self._steps), self._mimic_of, fixed)
+        return assembled(file, name, along(path, self._steps), self._mimic_of, fixed)
 
     def _steps(self, link: str, up: bool) -> list[Step]:
         """The steps from a link's parent to the link."""
@@ -61,8 +61,8 @@ class _Urdf:
         steps = self._joint(joint.word("name"))[0]
         for part in (step.name for step in steps if isinstance(step, Joint)):
             if part != joint.word("name") and part in self.tree.joints:
-                got = f"a planar joint, whose part {shown(part)} has the name of another joint"
-                raise joint.error(got, "each name once")
+                got = f"a planar joint whose part {shown(part)} has the name of another joint"
+                raise joint.error(got, "unique names")
         return steps
 
     def _joint(self, name: str) -> tuple[list[Step], Led | None]:
@@ -71,7 +71,7 @@ class _Urdf:
         return self.read[name]
 
     def _mimic_of(self, name: str) -> Led | None:
-        """Whom a joint of the file follows."""
+        """The leader of a joint, or None."""
         if name not in self.tree.joints:  # a part of a planar joint
             return None
         mimic, joint = self._joint(name)[1], self.tree.joints[name]
@@ -81,5 +81,5 @@ class _Urdf:
             raise joint.unknown(mimic.leader, "a joint to follow", self.tree.joints)
         if sum(isinstance(step, Joint) for step in self._joint(mimic.leader)[0]) > 1:
             got = f"a joint that follows the planar joint {shown(mimic.leader)}"
-            raise joint.error(got, "a leader that moves in one way")
+            raise joint.error(got, "a leader with one degree of freedom")
         return mimic

@@ -1,4 +1,4 @@
-"""The steps that one joint element of a URDF file stands for, with numbers that have been checked."""
+"""The steps of one joint element of a URDF file, with checked numbers."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from stillreach.arm.robot_xml import XACRO, XACRO_ADVICE, Element
 
 TYPES = ("revolute", "continuous", "prismatic", "fixed", "planar")
 QUATERNIONS, STRICT_LIMITS = (1, 1), (1, 2)
-"""The versions of URDF from which quaternions, and limits of the acceleration and required ranges are part of it."""
+"""The first URDF versions with quaternions, and with acceleration limits and required ranges."""
 NO_LIMIT = 1e9
-"""A limit of this size or more [SI units] is none: URDF has no word for infinity."""
+"""A limit this large or larger [SI units] means no limit: URDF cannot express infinity."""
 NONE = (0.0, 0.0, 0.0)
 
 
 def read_joint(joint: Element, version: tuple[int, int]) -> tuple[list[Step], Led | None]:
-    """The steps from a joint's parent to its child, and whom it follows: a planar joint moves in three ways.
+    """The steps from a joint's parent to its child, and its leader; a planar joint has three steps.
 
     Raises:
         RobotFileError: if its type is not one of TYPES, numbers are invalid, not finite, too many or too large, its
@@ -40,7 +40,7 @@ def read_joint(joint: Element, version: tuple[int, int]) -> tuple[list[Step], Le
     limit, strict = joint.child("limit"), version >= STRICT_LIMITS
     if kind == "planar":
         if mimic is not None:
-            raise joint.child("mimic").error("a planar joint that follows another", "one that does not")
+            raise joint.child("mimic").error("a planar joint that follows another", "a planar joint without <mimic>")
         return [origin, *_planar(joint.word("name"), axis, _rates(limit, strict, False))], None
     position = (-math.inf, math.inf) if kind == "continuous" else _position(joint, kind, strict, mimic is not None)
     velocity, acceleration = _rates(limit, strict, mimic is not None)
@@ -61,7 +61,7 @@ def _origin(origin: Element, version: tuple[int, int]) -> FloatArray:
     if "quat_xyzw" in origin.attributes:
         if version >= QUATERNIONS:
             if has_angles:
-                raise origin.error("both rpy and quat_xyzw", "one of them")
+                raise origin.error("both rpy and quat_xyzw", "only one of them")
             x, y, z, w = origin.numbers("quat_xyzw", 4)
             if not any((x, y, z, w)):
                 raise origin.error("a quaternion of length 0", "quat_xyzw='0 0 0 1' for no turn")
@@ -79,7 +79,7 @@ def _axis(axis: Element) -> FloatArray:
 
 
 def _position(joint: Element, kind: str, strict: bool, follows: bool) -> tuple[float, float]:
-    """The range of a joint; an invalid one of a joint that follows another is none."""
+    """The range of a joint; an invalid range of a follower is ignored."""
     limit = joint.child("limit")
     if limit.missing and (strict or not follows):
         expected = '<limit lower="..." upper="..." velocity="..."/> (a joint without limits is of type continuous)'
@@ -96,7 +96,7 @@ def _position(joint: Element, kind: str, strict: bool, follows: bool) -> tuple[f
 
 
 def _rates(limit: Element, strict: bool, follows: bool) -> tuple[float, float]:
-    """Largest velocity and acceleration; those of a joint that follows another count above 0."""
+    """Largest velocity and acceleration; those of a follower are ignored unless above 0."""
     names = ("velocity", "acceleration", "deceleration")
     limits = [math.inf] * len(names)
     for k, name in enumerate(names if strict else names[:1]):
@@ -109,7 +109,7 @@ def _rates(limit: Element, strict: bool, follows: bool) -> tuple[float, float]:
 
 
 def _limit(limit: Element, name: str, default: float) -> float:
-    """A limit; infinite where it is too large to be one."""
+    """A limit; infinite if it is NO_LIMIT or larger."""
     number = limit.number(name, default)
     return math.copysign(math.inf, number) if abs(number) >= NO_LIMIT else number
 
@@ -130,5 +130,5 @@ def _mimic(mimic: Element) -> Led | None:
         return None
     leader = mimic.word("joint")
     if not leader:
-        raise mimic.error("no joint to follow", '<mimic joint="..."/>')
+        raise mimic.error("a missing joint name", '<mimic joint="..."/>')
     return Led(leader, mimic.number("multiplier", 1.0, LARGEST), mimic.number("offset", 0.0, LARGEST))

@@ -1,4 +1,4 @@
-"""The links and joints of a URDF file as a tree: what is connected to what, and whether it is one tree at all."""
+"""The links and joints of a URDF file as a tree; checks that it is one tree."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ VERSIONS = ("1.0", "1.1", "1.2")
 
 
 Above = Mapping[str, tuple[Element, str]]
-"""By link, the joint whose child it is, and that joint's parent; the root has none."""
+"""By link, the joint above it and that joint's parent link; the root is missing."""
 
 
 class Tree(NamedTuple):
@@ -25,7 +25,7 @@ class Tree(NamedTuple):
         joints: their elements by name, in the order of the file.
         above: how they are connected.
         root: the link that no joint has as its child.
-        version: of URDF, (1, 0) to (1, 2): what the elements mean.
+        version: of URDF, (1, 0) to (1, 2).
     """
 
     links: tuple[str, ...]
@@ -50,8 +50,8 @@ def build_tree(root: Element) -> Tree:
     """The tree of a parsed URDF file.
 
     Raises:
-        RobotFileError: if it is not a robot or of an unknown version, a name is missing or there twice, a link does not
-            exist or has two parents, or the links are in a cycle or not connected.
+        RobotFileError: if the root is not a robot, the version is unknown, a name is missing or repeated, a link does
+            not exist or has two parents, or the links are in a cycle or not connected.
     """
     if root.tag != "robot":
         expected = f"<robot>, the root of a URDF file{advice(root.tag)}"
@@ -65,14 +65,14 @@ def build_tree(root: Element) -> Tree:
     for joint in joints.values():
         parent, child = (_end(joint, tag, known, links) for tag in ("parent", "child"))
         if child in above:
-            got = f"a second parent for link {shown(child)}, which is the child of {above[child][0].label}, too"
+            got = f"a second parent for link {shown(child)}, which is already the child of {above[child][0].label}"
             raise joint.error(got, "one parent for each link: a tree")
         above[child] = joint, parent
     return Tree(links, joints, above, _root(root, links, above), version)
 
 
 def _version(root: Element) -> tuple[int, int]:
-    """The version of URDF that the file is written in, 1.0 where it names none."""
+    """The URDF version of the file; 1.0 if missing."""
     word = root.attributes.get("version", VERSIONS[0])
     numbers = re.fullmatch(r"\s*0*(\d{1,4})\.0*(\d{1,4})\s*", word, re.ASCII)
     if numbers is None or f"{numbers[1]}.{numbers[2]}" not in VERSIONS:
@@ -81,14 +81,14 @@ def _version(root: Element) -> tuple[int, int]:
 
 
 def _named(root: Element, tag: str) -> dict[str, Element]:
-    """The links or the joints by name, each there and each once."""
+    """The links or joints by name; each name is required and unique."""
     found: dict[str, Element] = {}
     for element in (child for child in root.children if child.tag == tag):
         name = element.word("name")
         if not name:
             raise element.error("no name", "a name")
         if name in found:
-            raise element.error(f"a second {element.label}; the first is in line {found[name].line}", "each name once")
+            raise element.error(f"a second {element.label}; the first is in line {found[name].line}", "unique names")
         found[name] = element
     return found
 
@@ -109,16 +109,16 @@ def _end(joint: Element, tag: str, known: set[str], links: tuple[str, ...]) -> s
 
 
 def _root(robot: Element, links: tuple[str, ...], above: Above) -> str:
-    """The one link without a parent, from which every link can be reached."""
+    """The only link without a parent, from which every link can be reached."""
     roots = [link for link in links if link not in above]
     if len(roots) > 1:
         got = f"{len(roots)} links without a parent: {', '.join(map(shown, roots[:5]))}{', ...' * (len(roots) > 5)}"
-        raise robot.file.error(got, "one tree, all of whose links hang together", choices=tuple(roots))
+        raise robot.file.error(got, "one tree of connected links", choices=tuple(roots))
     return _tops(links, above, None)[links[0]]
 
 
 def _tops(links: tuple[str, ...], above: Above, base: str | None) -> dict[str, str]:
-    """By link, where the way up from it ends: at the base or at the root; RobotFileError if it is a cycle."""
+    """By link, the end of its path upwards: the base or the root; raises RobotFileError for a cycle."""
     tops: dict[str, str] = {}
     for link in links:
         walk = set[str]()

@@ -1,4 +1,4 @@
-"""An arm as a URDF file: one link for each joint, a base, a tool; kinematics and limits alone, for MuJoCo, too."""
+"""An arm as a URDF file: one link for each joint, a base, a tool; kinematics and limits, also for MuJoCo."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from stillreach.arm.model import Arm
 
 LONGEST = 900
-"""Characters of a joint's name that its link is called after: readers, ours too, have a limit for all names."""
+"""Characters of a joint's name in its link's name: readers, including ours, limit the length of names."""
 FOR_MUJOCO = '  <mujoco><compiler boundmass="1" boundinertia="0.01" fusestatic="false"/></mujoco>'
-"""What makes MuJoCo read links without a mass, and keep those that do not move; other readers skip it."""
+"""Makes MuJoCo read links without mass and keep static ones; other readers ignore it."""
 NOT_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
@@ -33,7 +33,7 @@ def urdf_text(arm: Arm) -> str:
     """The file's text.
 
     Raises:
-        InputError: a name holds characters that XML cannot hold.
+        InputError: if a name has characters that XML does not allow.
     """
     names = _Names(str(moving.joint.name) for moving in arm.chain)
     parent = names.new("base_link")
@@ -55,11 +55,11 @@ def urdf_text(arm: Arm) -> str:
 
 
 def write_urdf(arm: Arm, path: str | os.PathLike[str] | None) -> str:
-    """The file's text, written to a path unless that is None.
+    """Returns the file's text, and writes it to the path unless that is None.
 
     Raises:
-        InputError: a name that XML cannot hold, or something else than a path.
-        OSError: the file cannot be written.
+        InputError: if a name has characters that XML does not allow, or the path is invalid.
+        OSError: if the file cannot be written.
     """
     text = urdf_text(arm)
     if path is not None:
@@ -69,13 +69,13 @@ def write_urdf(arm: Arm, path: str | os.PathLike[str] | None) -> str:
 
 
 class _Names:
-    """Names for links and joints, each once."""
+    """Unique names for links and joints."""
 
     def __init__(self, taken: Iterable[str]) -> None:
         self.taken = set(taken)
 
     def new(self, wanted: str) -> str:
-        """The name, with underscores where it is taken, quoted."""
+        """The name, quoted, with underscores added if it is taken."""
         while wanted in self.taken:
             wanted += "_"
         self.taken.add(wanted)
@@ -84,7 +84,7 @@ class _Names:
 
 def _quoted(name: str) -> str:
     if NOT_XML.search(name):
-        raise InputError("name", _door.describe(name), "a name of characters that XML can hold")
+        raise InputError("name", _door.describe(name), "a name of characters that XML allows")
     return quoteattr(name, {"\t": "&#9;", "\n": "&#10;", "\r": "&#13;"})
 
 

@@ -1,4 +1,4 @@
-"""Immutable values: what joints and arms have in common."""
+"""Immutable values: the base of joints and arms."""
 
 from __future__ import annotations
 
@@ -35,5 +35,5 @@ class Value:
 
 
 def _rebuild(kind: type[Value], values: dict[str, Any]) -> Value:
-    """Unpickle through the constructor, because a pickled array forgets that it is read-only."""
+    """Unpickle through the constructor, because unpickled arrays are writable."""
     return kind(**values)

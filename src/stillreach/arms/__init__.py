@@ -1,6 +1,6 @@
-"""Arms that come with the package: robots by name, ``panda()``, and arms of any number of joints, ``planar(3)``.
+"""Built-in arms: robots by name, ``panda()``, and arms of any number of joints, ``planar(3)``.
 
-``by_name("panda")`` and ``by_name("planar3")`` make them from text, as scenario files and the command line do.
+``by_name("panda")`` and ``by_name("planar3")`` make them from text, for scenario files and the command line.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ xarm7 = Robot("xarm7")
 BUILDERS = {name: value for name, value in globals().items() if isinstance(value, Robot)} | {
     builder.__name__: builder for builder in (nasa_modular, planar, snake)
 }
-"""What makes each arm, by name."""
+"""The builder of each arm, by name."""
 SIZED = ("planar", "snake")
-"""Arms whose number of joints is given: ``planar3``, or ``planar`` with ``n``."""
+"""Arms with a given number of joints: ``planar3``, or ``planar`` with ``n``."""
 
 __all__ = ["by_name", *BUILDERS]
 
@@ -48,12 +48,11 @@ def by_name(name: str, **settings: Any) -> Arm:
     """An arm by its name, e.g. ``by_name("panda", tip="panda_hand_tcp")``, ``by_name("planar3")``.
 
     Args:
-        name: an arm of this module; ``planar`` and ``snake`` with their number of joints, or beside ``n``.
-        settings: arguments of that arm, e.g. ``n``, ``lengths``, ``tip``; None: not given.
+        name: an arm of this module; ``planar`` and ``snake`` take the number of joints in the name or as ``n``.
+        settings: arguments of that arm, e.g. ``n``, ``lengths``, ``tip``; None means not given.
 
     Raises:
-        InputError: if there is no such arm (argument ``arm``), or a setting is missing, unknown or invalid (argument:
-            the setting).
+        InputError: if the arm is unknown, or a setting is missing, unknown or invalid.
     """
     base, size = split(name)
     if base is None:
@@ -62,12 +61,12 @@ def by_name(name: str, **settings: Any) -> Arm:
     given = {key: value for key, value in settings.items() if value is not None}
     if size is not None:
         if "n" in given:
-            raise InputError("n", repr(given["n"]), f"nothing beside {name}, which holds the number of joints")
+            raise InputError("n", repr(given["n"]), f"no n beside {name}, which contains the number of joints")
         given["n"] = size
     known = inspect.signature(BUILDERS[base]).parameters
     for key in given:
         if key not in known:
-            beside = f"only {', '.join(known)} beside {base}" if known else f"nothing beside {base}"
+            beside = f"only {', '.join(known)} for {base}" if known else f"no settings for {base}"
             raise InputError(key, f"the setting {key!r}", beside)
     if "n" in known and "n" not in given:
         raise InputError("n", "nothing", f"the number of joints, which {base} needs, e.g. {base}7")

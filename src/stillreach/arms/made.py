@@ -1,4 +1,4 @@
-"""Arms that are made by a rule; all have finite rate limits. NumPy is imported when one is made."""
+"""Arms made by a rule; all have finite velocity limits. NumPy is imported when one is made."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ Z_AXIS: Axis = (0.0, 0.0, 1.0)
 def nasa_modular(lengths: npt.ArrayLike = (LINK_30_INCH,) * 6) -> Arm:
     """The modular arm of Bedrossian (1994): R P R P R P R P R P R, straight up along +z at zero, 50 deg/s.
 
-    It has no position limits. The paper gives its reach, 15 ft, and no lengths; six equal segments of 30 in
-    are inferred from what it reports.
+    It has no position limits. The paper gives its reach, 15 ft, but no lengths; six equal segments of 30 in
+    are inferred from its results.
 
     Args:
         lengths: (6,) [m] base to first pitch, four between pitches, last pitch to tool; or one for all.

@@ -1,4 +1,4 @@
-"""Arms whose numbers are in ``robots.toml``: what makes an ``Arm`` of a table. Imports NumPy when it makes one."""
+"""Robots of ``robots.toml``: makes an ``Arm`` from a table. NumPy is imported when one is made."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from stillreach.arm import Arm
 
 COLUMNS = 12
-"""Of a row, with its acceleration limit."""
+"""Columns of a row, with its acceleration limit."""
 SLIDE = "slide "
 AXES = {
     "x": (1.0, 0.0, 0.0),
@@ -26,12 +26,12 @@ AXES = {
 
 
 class Robot:
-    """A robot by its maker's numbers; calling it makes the arm.
+    """A robot with its manufacturer's parameters; calling it returns the arm.
 
     Attributes:
-        text: what it is.
-        source: where its numbers are published.
-        tips: the links that can carry the tool; the first one does unless another is named.
+        text: a short description.
+        source: publication of its parameters.
+        tips: the links that can carry the tool; the first is the default.
     """
 
     def __init__(self, name: str) -> None:
@@ -46,7 +46,7 @@ class Robot:
         return f"<stillreach.arms.{self.__name__}: {self.text}>"
 
     def __call__(self, *, tip: str | None = None) -> Arm:
-        """The arm, with the joint names, limits and base of its maker.
+        """Returns the arm, with the manufacturer's joint names, limits and base.
 
         Args:
             tip: link whose frame is the tool; None: the first of ``tips``.
@@ -83,7 +83,7 @@ class Robot:
 
 
 def _whole(row: list[Any]) -> list[Any]:
-    """A row with an acceleration limit, infinite where none is published."""
+    """A row with an acceleration limit, infinite if none is published."""
     return row if len(row) == COLUMNS else [*row, math.inf]
 
 

@@ -1,6 +1,6 @@
 """The typer application: what `stillreach --help` lists.
 
-Importing it must stay quick: commands import what they need (NumPy, the core, plots) when they run.
+Its import must stay fast: commands import NumPy, the core and plots when they run.
 """
 
 from typing import Annotated
@@ -18,10 +18,10 @@ from stillreach.cli.schema import schema
 app = typer.Typer(
     name="stillreach",
     no_args_is_help=True,
-    rich_markup_mode=None,  # plain help: half the time to the answer
+    rich_markup_mode=None,  # plain help is twice as fast
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog="Exit codes: 0 done, 1 the arm did not finish or a claim fails, 2 a mistake to put right, 130 Ctrl-C.",
+    epilog="Exit codes: 0 done, 1 the arm did not finish or a claim fails, 2 invalid input, 130 Ctrl-C.",
 )
 for command in (run, compare, inspect, arms, schema, paper, doctor):
     app.command()(command)
@@ -42,7 +42,7 @@ def _options(
         typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit."),
     ] = False,
     debug: Annotated[
-        bool, typer.Option("--debug", help="Show the traceback of an error, too (legal at any place).")
+        bool, typer.Option("--debug", help="Also show the traceback of an error (allowed anywhere on the line).")
     ] = False,
 ) -> None:
     """Keeps a redundant robot arm on its task after joints fail."""

@@ -1,4 +1,4 @@
-"""What a shell offers behind Tab. Called on every Tab: only laws need NumPy."""
+"""Shell completion. It runs on every Tab: only laws need NumPy."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ def complete_scenario(incomplete: str) -> list[str]:
 
 
 def complete_law(incomplete: str) -> list[str]:
-    """Laws, and behind a colon their settings."""
+    """Laws and, after a colon, their settings."""
     laws, variants = law_texts()
     return _starting(laws + variants * (":" in incomplete), incomplete)
 
 
 def complete_laws(incomplete: str) -> list[str]:
-    """Laws, after those that stand before a comma already."""
+    """Laws, after those before the last comma."""
     before, comma, last = incomplete.rpartition(",")
     return [before + comma + law for law in complete_law(last) if law not in before.split(",")]
 
@@ -49,7 +49,7 @@ def _starting(names: Iterable[str], incomplete: str) -> list[str]:
 
 
 def _files(incomplete: str, kinds: Iterable[str]) -> list[str]:
-    """Files of these kinds and folders that begin like this, folders with a slash."""
+    """Files of these kinds and folders with this prefix, folders with a slash."""
     head, slash, start = incomplete.rpartition("/")
     folder = Path(head + slash or ".")
     try:

@@ -1,4 +1,4 @@
-"""Exit codes, and what a shell sees of an error."""
+"""Exit codes and error messages."""
 
 from __future__ import annotations
 
@@ -6,26 +6,24 @@ import sys
 
 DONE = 0
 NOT_FINISHED = 1
-"""The command did its work, and the answer is no: the arm did not finish, or `paper` found other claims to hold."""
+"""The command worked, but the arm did not finish, or a claim of `paper` has an unexpected result."""
 USER = 2
-"""Something the user can put right: an argument, a file, a missing extra."""
+"""An error that the user can fix: an argument, a file, a missing extra."""
 BUG = 3
-"""A mistake of stillreach."""
+"""An error in stillreach."""
 CTRL_C = 130
 BROKEN_PIPE = 141
-"""Nobody reads the output any more: 128 and the number of SIGPIPE, as of programs that this signal ends."""
+"""A closed pipe: 128 plus the number of SIGPIPE, as for programs that this signal ends."""
 
-BUG_TEXT = (
-    "stillreach: this is a mistake in stillreach, not in what you asked for; please report it with the lines above"
-)
+BUG_TEXT = "stillreach: this is an error in stillreach, not in your input; please report it with the lines above"
 
 
 def report(error: Exception, *, debug: bool) -> int:
-    """Say on standard error what went wrong.
+    """Report an error on standard error.
 
     Args:
-        error: what was raised.
-        debug: show the traceback also where the message says enough.
+        error: the exception.
+        debug: always show the traceback.
 
     Returns:
         The exit code.
@@ -57,16 +55,16 @@ def _wrapped(text: str) -> str:
 
 
 def explained(error: Exception) -> str | None:
-    """What a user needs to know of an error; None where the error is nothing that a user could put right."""
+    """The message of an error; None if the user cannot fix it."""
     from stillreach.errors import StillreachError
 
     if isinstance(error, StillreachError):
         return "\n  ".join([str(error), *getattr(error, "__notes__", ())])
     if isinstance(error, MemoryError):
         detail = f" ({error})" if str(error) else ""
-        return f"this needs more memory than there is{detail}; a longer step or a shorter duration needs less"
+        return f"not enough memory{detail}; use a longer step or a shorter duration"
     if isinstance(error, OSError):
-        name = error.filename2 or error.filename  # of two the second is the one that the user knows
+        name = error.filename2 or error.filename  # of two names the user knows the second
         place = f"{name}: " if name else ""
         return f"{place}{error.strerror or error}"
     return None

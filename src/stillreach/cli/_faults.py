@@ -1,4 +1,4 @@
-"""A scenario as a command line changes it: another law, other faults."""
+"""Changes of a scenario by the command line: law and faults."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def changed(name: str, *, law: str | None = None, fail: list[str], healthy: bool) -> Scenario:
-    """A scenario from a file or by name, with the changes that options ask for.
+    """A scenario from a file or by name, with the changes of the options.
 
     Args:
         name: file or ready scenario.
@@ -27,7 +27,7 @@ def changed(name: str, *, law: str | None = None, fail: list[str], healthy: bool
         healthy: leave out the scenario's own faults.
 
     Raises:
-        InputError: an option, the file or the name is not what it should be.
+        InputError: if an option, the file or the name is invalid.
     """
     from stillreach.cli._laws import parse_law
     from stillreach.simulation import Scenario
@@ -36,7 +36,7 @@ def changed(name: str, *, law: str | None = None, fail: list[str], healthy: bool
     faults = () if healthy else tuple(scenario.faults)
     faults += tuple(parse_fault(scenario.arm, text) for text in fail)
     chosen = scenario.law if law is None else parse_law(law, like=scenario.law)
-    description = "" if law or fail or healthy else scenario.description  # it tells of what the file says
+    description = "" if law or fail or healthy else scenario.description  # it describes the original scenario
     title = scenario.name or printable(Path(name).stem)
     return replace(scenario, faults=faults, law=chosen, name=title, description=description)
 
@@ -45,7 +45,7 @@ def parse_fault(arm: Arm, text: str) -> Fault:
     """A fault from ``j4``, ``j4@2.5`` or ``j4@2.5:derated=0.3``.
 
     Raises:
-        InputError: it is something else, or the arm has no such joint.
+        InputError: if the text is invalid, or the arm has no such joint.
     """
     from stillreach.faults import Fault
 
@@ -61,7 +61,7 @@ def parse_fault(arm: Arm, text: str) -> Fault:
 
 
 def _kind(arm: Arm, index: int, text: str) -> FaultKind:
-    """A kind by its word, with as many numbers as it has settings."""
+    """A kind by its word, with one number for each setting."""
     from stillreach._kinds import by_word
     from stillreach._reading import Reading
     from stillreach.faults import FAULTS

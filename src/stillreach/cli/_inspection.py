@@ -1,4 +1,4 @@
-"""What `stillreach inspect` prints for a person."""
+"""The text that `stillreach inspect` prints."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def print_inspection(source: str, found: Losses) -> None:
-    """Joints, what the arm can do at a configuration, what it loses with each joint, and a verdict."""
+    """Joints, capability at a configuration, loss with each joint, and a verdict."""
     from stillreach._words import shown_length
     from stillreach.arm.describe import headline
     from stillreach.arm.losses import HEAD
@@ -37,7 +37,7 @@ def print_inspection(source: str, found: Losses) -> None:
 
 
 def _mobility(found: Losses) -> list[str]:
-    """What the tool can do with all joints, in lines."""
+    """Directions of the tool with all joints, in lines."""
     from stillreach._labels import TWIST
 
     rows, along = found.rows, ", tool axes" if found.frame == "tool" else ""
@@ -48,7 +48,7 @@ def _mobility(found: Losses) -> list[str]:
     values = " ".join([*(f"{value:.3g}" for value in kept), *["0"] * (len(rows) - len(kept))])
     lines.append(f"Singular values of the Jacobian [m, rad]: {values}")
     if found.rank < len(rows):
-        why = "it has too few joints for more" if found.rank == found.arm.n else "--q looks elsewhere"
+        why = "it has too few joints for more" if found.rank == found.arm.n else "--q sets another configuration"
         lines.append(f"The tool can move in {found.rank} of {len(rows)} directions here; {why}.")
     return lines
 
@@ -58,7 +58,7 @@ def _joint_table(arm: Arm) -> Table:
     from stillreach.arm.describe import axes_at_zero
     from stillreach.cli._terminal import table
 
-    made = table("joint", "kind", "axis at zero", "range", "rate limit", right=(4,), wrap=(0,))
+    made = table("joint", "kind", "axis at zero", "range", "velocity limit", right=(4,), wrap=(0,))
     for joint, axis, unit in zip(arm.joints, axes_at_zero(arm), arm.joint_units, strict=True):
         rate = "none" if joint.velocity_limit == float("inf") else shown(joint.velocity_limit, unit, rate=True)
         made.add_row(str(joint.name), joint.kind, _axis(axis), _range(joint.position_limits, unit), rate)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from stillreach.arm import Arm
 
 SHOWN = 3
-"""Joints outside their limits that a message names."""
+"""Largest number of joints outside their limits in a message."""
 ANY_UNIT = {"": 1.0, **ANGLES, **LENGTHS}
 
 
@@ -22,7 +22,7 @@ def assignments(option: str, texts: list[str]) -> dict[str, float]:
     """Pairs ``joint=value``, one a text or several with commas between them, as a dict; values in [rad] or [m].
 
     Raises:
-        InputError: a text is no such pair, or names a joint for the second time.
+        InputError: if a pair is invalid or a joint is repeated.
     """
     found: dict[str, float] = {}
     for pair in [pair for text in texts for pair in _pairs(text)]:
@@ -41,10 +41,10 @@ def _pairs(text: str) -> list[str]:
 
 
 def configuration(arm: Arm, text: str | None, *, outside: bool) -> tuple[FloatArray | None, str]:
-    """A configuration, and in words where it comes from.
+    """A configuration and its source in words.
 
     Args:
-        arm: whose.
+        arm: the arm.
         text: ``"best"`` (the default), ``"zero"``, ``"middle"`` (of the limits), n numbers separated by commas, or
             ``joint=value`` pairs separated by commas, the other joints in the middle. Numbers are in rad or m, or carry
             a unit.
@@ -54,12 +54,12 @@ def configuration(arm: Arm, text: str | None, *, outside: bool) -> tuple[FloatAr
         q (n,) [rad, m], None for the best, and its source.
 
     Raises:
-        InputError: the text is none of these, or a value is outside the position limits.
+        InputError: if the text is invalid, or a value is outside the position limits.
     """
     import numpy as np
 
     if text is None or text == "best":
-        return None, "where it moves best, of a sample of its range"
+        return None, "best configuration in a sample of its range"
     if text == "middle":
         return middle(arm), "in the middle of its limits"
     if text == "zero":
@@ -97,15 +97,15 @@ def _refuse_outside(arm: Arm, q: FloatArray) -> None:
     found = outside(arm, q, arm.position_limits)
     if found:
         got = " and ".join(joint.got for joint in found[:SHOWN]) + (", among others" if len(found) > SHOWN else "")
-        advice = "a bare number is in rad or m, as in files without [units]: -45deg, 50mm; --outside takes it as it is"
+        advice = "a bare number is in rad or m, as in files without [units]: -45deg, 50mm; --outside accepts it"
         raise InputError("--q", got, f"{found[0].expected}; {advice}")
 
 
 def joint_index(arm: Arm, option: str, joint: str) -> int:
-    """Index of a joint by its name; a bare number could count from 0 or from 1, and is no name.
+    """Index of a joint by its name; a bare index is rejected, because it could start at 0 or 1.
 
     Raises:
-        InputError: the arm has no such joint.
+        InputError: if the arm has no such joint.
     """
     if joint in arm.joint_names:
         return arm.joint_names.index(joint)

@@ -14,7 +14,7 @@ EXAMPLE = "singularity-robust:damping=closed-form:norm=2"
 
 
 def law_texts() -> tuple[list[str], list[str]]:
-    """Every law by its word, and each with one setting that is a word."""
+    """All laws by word, also with each word setting."""
     from stillreach.laws import LAWS
 
     settings = [(law, name, word) for law in LAWS for name, own in law.keys().items() for word in own.form.words]
@@ -27,11 +27,11 @@ def parse_law(text: str, *, like: Law | None = None, argument: str = "--law") ->
     Args:
         text: ``name`` or ``name:setting=value:...``; a value is a number, a word, or for a price
             ``rows=number+rows=number``.
-        like: a law whose weights the new one takes over; of the same kind also its settings, where none is given.
-        argument: what the text was given for, for messages.
+        like: a law whose weights the new one takes; for the same kind also settings that are not given.
+        argument: the argument's name in messages.
 
     Raises:
-        InputError: another name, setting or value.
+        InputError: if a name, setting or value is invalid.
     """
     from stillreach._kinds import by_word
     from stillreach._reading import Reading
@@ -60,10 +60,10 @@ def parse_law(text: str, *, like: Law | None = None, argument: str = "--law") ->
 
 
 def parse_laws(text: str, *, like: Law | None = None) -> dict[str, Law]:
-    """Several laws separated by commas, by the text that names each.
+    """Laws separated by commas, keyed by their text.
 
     Raises:
-        InputError: one of them is no law, or comes twice.
+        InputError: if a law is invalid or repeated.
     """
     names = [part.strip() for part in text.split(",")]
     twice = sorted({name for name in names if names.count(name) > 1})

@@ -1,4 +1,4 @@
-"""The files that a command writes, and what it says where an extra for them is missing."""
+"""The files that a command writes, and notes about missing extras."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from stillreach._files import new_file
 from stillreach.errors import MissingExtraError
 
 RECORDS = (".nc", ".npz")
-"""Suffixes of records; the second needs no extra."""
+"""Suffixes of records; the second works without an extra."""
 
 if TYPE_CHECKING:
     from stillreach.simulation import Run
 
 
 def folder_for(out: Path | None, scenario: str) -> Path:
-    """The folder that a command writes to, made where it is not there yet.
+    """The output folder of a command, created if missing.
 
     Args:
-        out: as asked for; None is out/NAME.
+        out: the folder; None: out/NAME.
         scenario: file or name of the scenario.
     """
     folder = Path("out") / (re.sub(r"[^\w.-]+", "-", Path(scenario).stem) or "run") if out is None else out
@@ -31,9 +31,9 @@ def folder_for(out: Path | None, scenario: str) -> Path:
 
 
 def write_record(run: Run, folder: Path, stem: str = "run") -> Path:
-    """Write a run as netCDF, or as NumPy's archive where the extra for that is missing (and say so).
+    """Write a run as netCDF, or as a NumPy archive, with a note, if the extra is missing.
 
-    A record of an earlier run in the other of these formats is removed.
+    An earlier record in the other format is removed.
 
     Returns:
         The file.
@@ -52,14 +52,14 @@ def write_record(run: Run, folder: Path, stem: str = "run") -> Path:
 
 
 def remove_older(*paths: Path) -> None:
-    """Remove files that an earlier run left, so that they do not stand beside files of this one."""
+    """Remove files of an earlier run that this one does not replace."""
     for path in paths:
         if path.is_file():
             path.unlink()
 
 
 def write_summary(found: dict[str, Any], folder: Path, name: str = "summary.json") -> Path:
-    """Write what --json prints."""
+    """Write the output of --json."""
     from stillreach.cli._terminal import plain
 
     path = folder / name
@@ -70,18 +70,18 @@ def write_summary(found: dict[str, Any], folder: Path, name: str = "summary.json
 
 
 def picture(wanted: bool | None, path: Path, draw: Callable[[], Any]) -> list[Path]:
-    """Draw and save a picture, as asked for.
+    """Draw and save a figure, if wanted.
 
     Args:
-        wanted: True: without matplotlib that is an error; None: without it there is a note and no picture.
+        wanted: True: raise without matplotlib; None: print a note instead.
         path: the file.
         draw: makes the figure.
 
     Returns:
-        The file, if there is one.
+        The file, or None.
 
     Raises:
-        MissingExtraError: a picture was asked for, and matplotlib is not installed.
+        MissingExtraError: if ``wanted`` is True and matplotlib is not installed.
     """
     from stillreach.cli._terminal import note
     from stillreach.show.style import matplotlib_or_error
@@ -89,7 +89,7 @@ def picture(wanted: bool | None, path: Path, draw: Callable[[], Any]) -> list[Pa
     if wanted is False:
         return []
     try:
-        matplotlib_or_error("a picture of a run").use("agg")  # opens no window
+        matplotlib_or_error("a picture of a run").use("agg")  # without a window
         figure = draw()
     except MissingExtraError as missing:
         if wanted:

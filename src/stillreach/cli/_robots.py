@@ -1,4 +1,4 @@
-"""Which arm a command is about: a built-in one by name, or a URDF or MJCF file."""
+"""The arm of a command: a built-in one by name, or a URDF or MJCF file."""
 
 from __future__ import annotations
 
@@ -23,38 +23,38 @@ READERS = {f.root: key for key, f in FORMATS.items()}
 ROOT_ELEMENT = re.compile(rf"<\s*(?:\w+:)?({'|'.join(READERS)})\b")
 HEAD_BYTES = 65536
 TOOLS = ("tcp", "tool", "gripper", "effector", "eef", "flange", "hand", "palm")
-"""What links that carry the tool are called, the surest first."""
+"""Names of links that carry the tool, most specific first."""
 COMPARED = 100
-"""Ends of a tree that are looked at."""
+"""Largest number of tree ends to check."""
 STANDARD_INPUT = "-"
 OPEN_DESCRIPTOR = re.compile(r"/dev/stdin|/(?:dev|proc/self)/fd/\d+")
-"""Paths of what is open already, e.g. the pipe of ``<(xacro robot.urdf.xacro)``; opening any other pipe could wait."""
+"""Paths of open descriptors, e.g. of ``<(xacro robot.urdf.xacro)``; opening another pipe could block."""
 OPTIONS = {"n": "ROBOT", "tip": "--tip"}
-"""What the settings of built-in arms are called on the command line."""
+"""Options for the settings of built-in arms."""
 FILES = " or ".join(f.word for f in FORMATS.values())
 EXPECTED = f"a {FILES} file, - for standard input, or a built-in arm (stillreach arms lists them)"
 
 
 def load_arm(robot: str, *, tip: str | None, base: str | None, fixed: dict[str, float]) -> Arm:
-    """The arm that ``stillreach inspect`` was asked for.
+    """The arm of ``stillreach inspect``.
 
     Args:
-        robot: name, file, ``-`` for standard input, or ``package:NAME/PATH`` for a file that an installed package
-            brings.
+        robot: name, file, ``-`` for standard input, or ``package:NAME/PATH`` for a file in an installed
+            package.
         tip: link (built-in, URDF), body or site (MJCF) that carries the tool.
         base: link or body the chain starts from.
-        fixed: values of joints that are held and no part of the arm [rad, m].
+        fixed: values of joints that are held and not part of the arm [rad, m].
 
     Raises:
-        InputError: there is no such arm or file, or the file is neither.
-        RobotFileError: the file cannot be read as an arm.
+        InputError: if the arm or file is missing, or the file has another format.
+        RobotFileError: if the file cannot be read as an arm.
     """
     from stillreach.arm import Arm
 
     if split(robot)[0]:
         for option, given in (("--base", base), ("--fixed", fixed)):
             if given:
-                raise InputError(option, repr(given), f"a robot file with it: {robot} is a built-in arm, and whole")
+                raise InputError(option, repr(given), f"a robot file with it: {robot} is a built-in arm")
         try:
             return by_name(robot, tip=tip)
         except InputError as error:
@@ -75,10 +75,7 @@ def load_arm(robot: str, *, tip: str | None, base: str | None, fixed: dict[str, 
 
 
 def _likely_tip(ends: Sequence[str], joints: Callable[[str], int]) -> str | None:
-    """The end of a tree that most likely carries the tool.
-
-    That is one named like a tool, else the one behind most joints; a camera on the torso is neither.
-    """
+    """The most likely tool of a tree: an end with a tool's name, else the end behind the most joints."""
     moving = {}
     for end in ends:
         with suppress(RobotFileError):  # no joint moves
@@ -91,15 +88,15 @@ def _likely_tip(ends: Sequence[str], joints: Callable[[str], int]) -> str | None
 
 
 def _source(robot: str) -> tuple[Path | IO[bytes], str]:
-    """What to read the robot from, and the text that it begins with."""
+    """The source of the robot and its first characters."""
     from stillreach.arm.robot_file import MAX_BYTES
 
-    if robot == STANDARD_INPUT or OPEN_DESCRIPTOR.fullmatch(robot):  # can be read once only
+    if robot == STANDARD_INPUT or OPEN_DESCRIPTOR.fullmatch(robot):  # can be read only once
         data = _read_once(robot, MAX_BYTES + 1)
         return _Named(data, "<stdin>" if robot == STANDARD_INPUT else robot), _beginning(data)
     path = _file(robot)
     if not path.is_file():
-        got = "a folder" if path.is_dir() else "no file"
+        got = "a folder" if path.is_dir() else "not a file"
         raise InputError("ROBOT", f"{robot!r}, which is {got}", EXPECTED + _suggestion(robot))
     with path.open("rb") as file:
         return path, _beginning(file.read(HEAD_BYTES))
@@ -114,7 +111,7 @@ class _Named(BytesIO):
 
 
 def _read_once(robot: str, size: int) -> bytes:
-    """What standard input or another open descriptor still holds, up to a size."""
+    """The rest of standard input or another open descriptor, up to a size."""
     try:
         if robot != STANDARD_INPUT:
             with Path(robot).open("rb") as file:
@@ -127,13 +124,13 @@ def _read_once(robot: str, size: int) -> bytes:
 
 
 def _beginning(data: bytes) -> str:
-    """The text that a file begins with."""
+    """The first characters of a file."""
     encoding = "utf-16" if data.startswith(UTF_16_MARKS) else "latin-1"  # tags are ASCII
     return data[:HEAD_BYTES].decode(encoding, "replace")
 
 
 def _file(robot: str) -> Path:
-    """Where the file is; what reads ``package:`` takes its time to import."""
+    """The path of the file; the reader of ``package:`` is imported only if needed."""
     if not robot.startswith("package:"):
         return Path(robot)
     from stillreach._packages import file_at
@@ -142,7 +139,7 @@ def _file(robot: str) -> Path:
 
 
 def _suggestion(robot: str) -> str:
-    """Files in the folder and built-in arms with nearly that name."""
+    """Files in the folder and built-in arms with a similar name."""
     folder = Path(robot).parent
     found = (path for f in FORMATS.values() for path in sorted(folder.glob(f"*.{f.suffix}")))
     files = [str(path) for path in found if path.is_file()]

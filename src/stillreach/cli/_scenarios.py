@@ -1,4 +1,4 @@
-"""The scenarios that come with the package, without what it takes to run them."""
+"""Names and descriptions of the built-in scenarios, without imports to run them."""
 
 from __future__ import annotations
 

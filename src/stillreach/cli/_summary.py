@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def facts(found: Summary) -> dict[str, Any]:
-    """What --json prints of a run; docs/command-line.md explains the keys."""
+    """The output of --json for a run; docs/command-line.md explains the keys."""
     from stillreach.simulation.document import scenario_data
 
     scenario, longest = found.run.scenario, found.longest
@@ -62,7 +62,7 @@ def _fault(scenario: Scenario, fault: Fault) -> dict[str, Any]:
 
 
 def print_summary(found: Summary) -> None:
-    """The table that a person reads."""
+    """The table for people."""
     from stillreach.cli._terminal import console
     from stillreach.cli._terminal import facts as table
     from stillreach.simulation.account import account
@@ -76,5 +76,5 @@ def print_summary(found: Summary) -> None:
 
 
 def _first_paragraph(text: str) -> str:
-    """In one line; a console breaks it where it needs to."""
+    """The text in one line; the console wraps it."""
     return " ".join(text.strip().partition("\n\n")[0].split())

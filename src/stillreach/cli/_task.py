@@ -1,4 +1,4 @@
-"""The task that `stillreach inspect` judges an arm by, from options."""
+"""The task of `stillreach inspect`, from options."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def task_of(rows: str, frame: str) -> Task:
     """The task of ``"pose"``, ``"position"``, ``"orientation"`` or components separated by commas.
 
     Raises:
-        InputError: an option is invalid.
+        InputError: if an option is invalid.
     """
     from stillreach._labels import TWIST
     from stillreach.task import FRAMES, ROWS, Task
@@ -35,7 +35,7 @@ def lost_below(text: str | None) -> tuple[float, float]:
     """Speeds [m/s] and [rad/s] of ``"1mm,0.1deg"``; None: the default.
 
     Raises:
-        InputError: the text is not that.
+        InputError: if the text is invalid.
     """
     from stillreach._units import tolerances
     from stillreach.arm.dexterity import LEAST_SPEED, LEAST_TURN

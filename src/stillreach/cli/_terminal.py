@@ -1,4 +1,4 @@
-"""What commands print: tables that fit 80 columns with or without colour, notes, and JSON for machines."""
+"""Output of commands: tables that fit 80 columns with or without colour, notes, and JSON for machines."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 
 COLUMNS = 80
-"""What every table fits."""
+"""Width of every table."""
 
 
 def console(*, stderr: bool = False, width: int | None = None, markup: bool = False) -> Console:
-    """A console that prints text as it is: no emoji, no colours of its own choice, markup and width as asked for."""
+    """A console that prints text unchanged: without emoji and highlighting, with given markup and width."""
     from rich.console import Console
 
     from stillreach._text import printable
@@ -35,15 +35,15 @@ def console(*, stderr: bool = False, width: int | None = None, markup: bool = Fa
 
 
 def nobody_reads() -> NoReturn:
-    """End as a program does whose output goes to one that has ended, like ``head``."""
+    """End with the exit code of a closed pipe, e.g. with ``head``."""
     from stillreach.cli._exit import BROKEN_PIPE
 
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is still to be written
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # unwritten output
     sys.exit(BROKEN_PIPE)
 
 
 def print_table(made: Table) -> None:
-    """A table; where the terminal is too narrow for it, that breaks its lines: no number is cut short."""
+    """A table; a terminal that is too narrow wraps its lines, so numbers are never truncated."""
     out = console()
     (out if out.width >= COLUMNS else console(width=COLUMNS)).print(made)
 
@@ -53,8 +53,8 @@ def table(*heads: str, right: tuple[int, ...] = (), wrap: tuple[int, ...] = ()) 
 
     Args:
         heads: titles of the columns.
-        right: places of the columns that are numbers.
-        wrap: places of the columns whose text may take several lines; the others keep their width.
+        right: indices of numeric columns.
+        wrap: indices of columns that may wrap; the others keep their width.
     """
     from rich import box
     from rich.table import Table
@@ -66,7 +66,7 @@ def table(*heads: str, right: tuple[int, ...] = (), wrap: tuple[int, ...] = ()) 
 
 
 def facts(rows: list[tuple[str, str]]) -> Table:
-    """Names and what is true of them, in two columns."""
+    """Names and values in two columns."""
     from rich.table import Table
 
     made = Table(box=None, pad_edge=False, show_header=False)
@@ -78,7 +78,7 @@ def facts(rows: list[tuple[str, str]]) -> Table:
 
 
 def note(text: str) -> None:
-    """A line beside the answer, on standard error."""
+    """A note on standard error."""
     console(stderr=True).print(text, soft_wrap=True)
 
 

@@ -1,4 +1,4 @@
-"""`stillreach arms`: the arms and the scenarios that come with the package."""
+"""`stillreach arms`: the built-in arms and scenarios."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 
-def arms(as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False) -> None:
+def arms(as_json: Annotated[bool, typer.Option("--json", help="Print only JSON.")] = False) -> None:
     """List the built-in arms and the ready scenarios."""
     from stillreach.arms import BUILDERS
     from stillreach.cli._scenarios import ready_scenarios

@@ -31,23 +31,23 @@ def compare(
             show_default="all laws",
         ),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for what is written; by default out/NAME.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Output folder; by default out/NAME.")] = None,
     fail: Annotated[
         list[str] | None, typer.Option(metavar="JOINT[@S][:KIND]", help="One more fault, as for run.")
     ] = None,
     healthy: Annotated[bool, typer.Option("--healthy", help="Leave out the scenario's own faults.")] = False,
     within: Annotated[
-        str | None, typer.Option(metavar="LENGTH[,ANGLE]", help="How near to its goal the tool has arrived.")
+        str | None, typer.Option(metavar="LENGTH[,ANGLE]", help="Distance from the goal that counts as arrived.")
     ] = None,
     plot: Annotated[
-        bool | None, typer.Option("--plot/--no-plot", help="Draw compare.png; by default where matplotlib is there.")
+        bool | None, typer.Option("--plot/--no-plot", help="Draw compare.png; by default if matplotlib is installed.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the summaries as JSON and nothing else.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print only the summaries, as JSON.")] = False,
 ) -> None:
     """Simulate a scenario under several laws: table and picture.
 
-    Writes a record for each law, compare.png and compare.json in place of those of an earlier comparison. Exits with 0
-    when all laws were run, whether or not the tool arrives under them. Ctrl-C keeps what was computed.
+    Writes a record for each law, compare.png and compare.json, and replaces earlier ones. Exits with 0 if all laws were
+    run, whether or not the tool arrives. Ctrl-C keeps the computed ticks.
     """
     from stillreach._units import tolerances
     from stillreach.cli._exit import CTRL_C
@@ -81,7 +81,7 @@ def _results(scenario: Scenario, laws: dict[str, Law], allowed: tuple[float | No
     """The runs, up to Ctrl-C.
 
     Raises:
-        SimulationInterrupted: Ctrl-C before the first tick.
+        SimulationInterrupted: after Ctrl-C before the first tick.
     """
     from stillreach.cli._terminal import note
     from stillreach.errors import SimulationInterrupted
@@ -93,7 +93,7 @@ def _results(scenario: Scenario, laws: dict[str, Law], allowed: tuple[float | No
         results: Comparison = interrupt.run
         if not results:
             raise
-        note(f"interrupted under {list(results)[-1]}; what was computed is kept")
+        note(f"interrupted under {list(results)[-1]}; the computed ticks are kept")
         return results
 
 
@@ -116,7 +116,7 @@ def _print(results: Comparison) -> None:
 
 
 def _older(folder: Path, laws: set[str]) -> list[Path]:
-    """Picture and records of an earlier comparison in a folder, but for those that these laws replace."""
+    """Figure and records of an earlier comparison in a folder, except those that these laws replace."""
     from stillreach.cli._records import RECORDS
 
     try:

@@ -9,10 +9,10 @@ import typer
 _HIDDEN_EXTRAS = ("all", "test")
 
 
-def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False) -> None:
+def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print only JSON.")] = False) -> None:
     """Show what is installed and what is missing.
 
-    Names the instruction path that is active and the command that installs each missing extra.
+    Shows the active instruction path and the command that installs each missing extra.
     """
     import platform
     from importlib import metadata
@@ -44,11 +44,11 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print JSON and 
             made.add_row(extra or "(always)", package, version or "missing", style=None if version else "red")
     print_table(made)
     for extra in found["missing_extras"]:
-        out.print(f"\nto install what is missing: pip install 'stillreach[{extra}]'", soft_wrap=True)
+        out.print(f"\nto install missing packages: pip install 'stillreach[{extra}]'", soft_wrap=True)
 
 
 def _packages_by_extra() -> dict[str, list[str]]:
-    """Packages that each extra brings, from the installed metadata; "" stands for what is always required."""
+    """Packages that each extra brings, from the installed metadata; "" has the required packages."""
     import re
     from importlib import metadata
 

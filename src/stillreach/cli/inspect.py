@@ -1,4 +1,4 @@
-"""`stillreach inspect`: what an arm is, and what it loses with each joint."""
+"""`stillreach inspect`: an arm and the loss of each joint."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ def inspect(
     base: Annotated[str | None, typer.Option(help="Link or body that the chain starts from.")] = None,
     fixed: Annotated[
         list[str] | None,
-        typer.Option(metavar="JOINT=VALUE", help="Hold a joint of the chain there; it is then no joint of the arm."),
+        typer.Option(metavar="JOINT=VALUE", help="Hold a joint of the chain, and leave it out of the arm."),
     ] = None,
     q: Annotated[
         str | None,
         typer.Option(
             "--q",
             metavar="VALUES",
-            help="Where to look: values or joint=value pairs separated by commas, in rad and m or with a unit "
-            "(-90deg, 50mm); zero; middle (of the limits); or best, the default: where the tool moves best.",
+            help="Configuration: values or joint=value pairs separated by commas, in rad and m or with a unit "
+            "(-90deg, 50mm); zero; middle (of the limits); or best (default), where the tool moves best.",
         ),
     ] = None,
-    outside: Annotated[bool, typer.Option("--outside", help="Take values of --q outside the position limits.")] = False,
+    outside: Annotated[bool, typer.Option("--outside", help="Accept --q outside the position limits.")] = False,
     rows: Annotated[
         str, typer.Option(help="The task: pose, position, orientation, or components like vx,vy,wz.")
     ] = "pose",
@@ -45,15 +45,15 @@ def inspect(
         str | None,
         typer.Option(
             metavar="LENGTH[,ANGLE]",
-            help="A direction in which full rates give less a second is lost; by default 1mm,0.1deg.",
+            help="Tool speeds, per second, below which a direction counts as lost; by default 1mm,0.1deg.",
         ),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print only JSON.")] = False,
 ) -> None:
-    """Show an arm and what it loses with each joint.
+    """Show an arm and the loss of each joint.
 
-    Prints joints, axes, limits and reach; at a configuration the singular values of the Jacobian, and what is left of
-    them when one joint is locked; and which joint the arm can spare least.
+    Prints joints, axes, limits and reach. At a configuration, prints the singular values of the Jacobian, those
+    without each joint, and the most critical joint.
     """
     from stillreach.cli._inspection import print_inspection
     from stillreach.cli._joints import assignments, configuration
@@ -73,7 +73,7 @@ def inspect(
 
 
 def _facts(robot: str, found: Losses) -> dict[str, Any]:
-    """What --json prints; docs/command-line.md explains the keys."""
+    """The output of --json; docs/command-line.md explains the keys."""
     from stillreach._labels import TWIST
     from stillreach.arm.describe import axes_at_zero
 

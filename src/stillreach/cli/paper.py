@@ -15,14 +15,14 @@ def paper(
     lengths: Annotated[
         str | None,
         typer.Option(
-            help="Six segment lengths in metres, separated by commas; by default those that the report explains."
+            help="Six segment lengths in metres, separated by commas; by default those explained in the report."
         ),
     ] = None,
 ) -> None:
     """Reproduce the paper: examples, figures and claims.
 
-    Runs both examples of the paper, draws its figures 1 to 12 and prints what it states beside what was measured.
-    Exits with 1 when a statement stands otherwise than docs/paper.md says.
+    Runs both examples of the paper, draws its figures 1 to 12 and prints its statements beside measured values.
+    Exits with 1 if the result of a statement differs from docs/paper.md.
     """
     segment_lengths = None if lengths is None else _parse_lengths(lengths)
 
@@ -32,7 +32,7 @@ def paper(
     try:
         expected = reproduce(out, step=step, duration=duration, lengths=segment_lengths, console=console(markup=True))
     except KeyboardInterrupt:
-        note(f"interrupted; the files that were finished stay in {out}")
+        note(f"interrupted; finished files stay in {out}")
         raise
     if not expected:
         raise typer.Exit(1)

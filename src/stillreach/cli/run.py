@@ -20,11 +20,11 @@ def run(
         str,
         typer.Argument(metavar="SCENARIO", help="A scenario file or a ready one.", autocompletion=complete_scenario),
     ],
-    out: Annotated[Path | None, typer.Option(help="Folder for what is written; by default out/NAME.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Output folder; by default out/NAME.")] = None,
     law: Annotated[
         str | None,
         typer.Option(
-            help="Another law than the scenario's, e.g. keep-direction or least-error:price=position-first.",
+            help="Law instead of the scenario's, e.g. keep-direction or least-error:price=position-first.",
             autocompletion=complete_law,
         ),
     ] = None,
@@ -40,19 +40,18 @@ def run(
         str | None,
         typer.Option(
             metavar="LENGTH[,ANGLE]",
-            help="How near to its goal the tool has arrived, with units, e.g. 5mm,1deg; by default 1 % of the way.",
+            help="Distance from the goal that counts as arrived, e.g. 5mm,1deg; by default 1 % of the path.",
         ),
     ] = None,
     plot: Annotated[
-        bool | None, typer.Option("--plot/--no-plot", help="Draw run.png; by default where matplotlib is there.")
+        bool | None, typer.Option("--plot/--no-plot", help="Draw run.png; by default if matplotlib is installed.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON and nothing else.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print only the summary, as JSON.")] = False,
 ) -> None:
     """Simulate a scenario: summary, record and picture.
 
-    Writes run.nc (run.npz where the extra netcdf is missing), run.png and summary.json in place of those of an earlier
-    run. Exits with 0 when the tool ends
-    at its goal, with 1 when it does not. Ctrl-C keeps what was computed.
+    Writes run.nc (run.npz without the extra netcdf), run.png and summary.json, and replaces those of an earlier run.
+    Exits with 0 if the tool ends at its goal, with 1 if not. Ctrl-C keeps the computed ticks.
     """
     from stillreach._units import tolerances
     from stillreach.cli._exit import CTRL_C, NOT_FINISHED
@@ -84,7 +83,7 @@ def _simulated(scenario: Scenario) -> Run:
     """The run, whole or up to Ctrl-C.
 
     Raises:
-        SimulationInterrupted: Ctrl-C before the first tick.
+        SimulationInterrupted: after Ctrl-C before the first tick.
     """
     from stillreach.cli._terminal import note
     from stillreach.errors import SimulationInterrupted
@@ -96,5 +95,5 @@ def _simulated(scenario: Scenario) -> Run:
         record: Run = interrupt.run
         if not len(record):
             raise
-        note(f"interrupted at {record.time[-1]:g} of {scenario.duration:g} s; what was computed is kept")
+        note(f"interrupted at {record.time[-1]:g} of {scenario.duration:g} s; the computed ticks are kept")
         return record

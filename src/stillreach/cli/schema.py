@@ -1,4 +1,4 @@
-"""`stillreach schema`: what an editor needs to check and complete scenario files."""
+"""`stillreach schema`: the JSON schema of scenario files, for editors."""
 
 from __future__ import annotations
 

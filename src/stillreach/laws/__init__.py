@@ -1,4 +1,4 @@
-"""What to do this tick: one law a file, each a frozen set of settings for the compiled core; ``LAWS``, all of them."""
+"""Laws: one file each, frozen settings for the compiled core; ``LAWS`` lists them."""
 
 from stillreach.laws.keep_direction import KeepDirection
 from stillreach.laws.law import Law

@@ -1,4 +1,4 @@
-"""Slower, but never off course."""
+"""The law that slows down rather than leave the path."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from stillreach.laws.law import Law
 class KeepDirection(Law):
     """The largest fraction of the commanded twist that the bounds allow, in its direction.
 
-    Then the rates nearest to the reference. ``Solution.scale`` is the fraction. Where none is possible (a runaway joint
-    that the others cannot make up for) the answer is LeastError's for a twist of zero, with scale 0.
+    Of the rates that give it, the law returns those nearest to the reference. ``Solution.scale`` is the fraction. If
+    none is possible (the others cannot compensate a runaway joint), it returns LeastError's rates for a twist of zero,
+    with scale 0.
     """
 
     word = "keep-direction"

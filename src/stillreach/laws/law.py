@@ -1,4 +1,4 @@
-"""What all laws share: weights, the rank tolerance, and one answer for any Jacobian."""
+"""The base of all laws: weights, rank tolerance, and ``solve`` for one Jacobian."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Law(Kind):
     """
 
     kind: ClassVar[_core.LawKind]
-    """What the core calls it."""
+    """The kind in the core."""
     semidefinite: ClassVar[bool] = False
     """Whether weights may be only positive semidefinite."""
 
@@ -56,7 +56,7 @@ class Law(Kind):
         Args:
             rows: names of the task's rows.
             reach: [m] a length typical of the arm.
-            weights: those of the task, where the law has none.
+            weights: those of the task, for laws without their own.
         """
         if not hasattr(self, "kind"):
             raise TypeError(f"{type(self).__name__} is a base class; use one of the laws")
@@ -64,7 +64,7 @@ class Law(Kind):
         return _core.Law(self.kind, rank_tolerance=self.rank_tolerance, **own)
 
     def core_settings(self, rows: Sequence[str], reach: float | None, weights: Weights) -> dict[str, Any]:
-        """The settings that not every law has, as arguments of the core's ``Law``."""
+        """The settings of this law alone, as arguments of the core's ``Law``."""
         return {}
 
     def solve(
@@ -80,28 +80,28 @@ class Law(Kind):
         velocity_limits: npt.ArrayLike | None = None,
         length: float | None = None,
     ) -> _core.Solution:
-        """The best joint rates for one Jacobian, from wherever it comes.
+        """Returns the best joint rates for one Jacobian.
 
         Args:
-            J: (m, n), m <= 6, any rank; a bare six-row one is [v; w].
-            twist: (m,) [m/s, rad/s] what the tool should do.
+            J: (m, n), m <= 6, any rank; six rows are [v; w] by default.
+            twist: (m,) [m/s, rad/s] commanded.
             bounds: of the n rates.
-            reference: (n,) [rad/s, m/s] rates to stay near where the task leaves a choice; None is 0.
-            start: (n,) ``active`` of an earlier answer, where the search for active bounds starts; it changes the
-                time that is taken, not the answer.
+            reference: (n,) [rad/s, m/s] rates to stay near, as far as the task allows; None: 0.
+            start: (n,) ``active`` of an earlier solution, to start the search for active bounds; it changes the
+                time, not the result.
             row_kinds: m letters, v for a row in m/s and w for one in rad/s; needed for m != 6 where length and angle
                 have different units in the weights.
             joint_kinds: n letters, R revolute and P prismatic; None: all revolute.
-            velocity_limits: (n,) [rad/s, m/s] of the joints, 0 for failed ones: what LeastError's price counts in;
-                None: the larger of each joint's bounds.
+            velocity_limits: (n,) [rad/s, m/s] of the joints, 0 for failed ones: the unit of LeastError's price; None:
+                the larger of each joint's bounds.
             length: [m] a length typical of the arm; needed where LeastError has a price for v rows alone.
 
         Returns:
-            Solution with the rates and what happened.
+            Solution with the rates and diagnostics.
 
         Raises:
-            InputError: a shape, type or value that is none of this, or semidefinite weights with which eq. (8) has no
-                unique answer for this Jacobian.
+            InputError: if an argument is invalid, or eq. (8) with semidefinite weights has no unique solution for this
+                Jacobian.
         """
         matrix = _door.matrix("J", J, (None, None))
         m, n = matrix.shape
@@ -112,7 +112,7 @@ class Law(Kind):
         if bounds.n != n:
             raise InputError("bounds", f"bounds of {bounds.n} joints", f"bounds of {n} joints, as J has columns")
         near = None if reference is None else _door.vector("reference", reference, n)
-        begin = None if start is None else _door.codes("start", start, n, "Solution.active of an earlier answer")
+        begin = None if start is None else _door.codes("start", start, n, "Solution.active of an earlier solution")
         metric = self._metric(m, n, row_kinds, joint_kinds)
         typical = -1.0
         if velocity_limits is not None:
@@ -139,7 +139,7 @@ class Law(Kind):
         )
 
     def _refuse_singular(self, solution: _core.Solution, W2: FloatArray | None) -> None:
-        """InputError where P = J' W1 J + W2 of eq. (8) is singular over the working joints."""
+        """Raises InputError if P = J' W1 J + W2 of eq. (8) is singular over the working joints."""
         assert W2 is not None
         working = solution.lower < solution.upper
         parts = [np.asarray(part)[:, working] for part in (solution.weighted_jacobian, weight_root(W2))]
@@ -150,8 +150,8 @@ class Law(Kind):
         if rank < k:
             raise InputError(
                 "weights.joints",
-                f"semidefinite weights that leave {k - rank} of {k} directions of the working joints without weight",
-                "weights with which P = J' W1 J + W2 of eq. (8) is regular: what the task does not see needs a weight",
+                f"semidefinite weights, with no weight in {k - rank} of {k} directions of the working joints",
+                "weights with a regular P = J' W1 J + W2 in eq. (8): motions without effect on the task need a weight",
             )
 
 
@@ -161,7 +161,7 @@ def row_names(m: int, row_kinds: str | None) -> tuple[str, ...]:
 
 
 def _letters(name: str, value: Any, count: int, letters: Sequence[str]) -> str:
-    """A text of ``count`` of the given letters; InputError otherwise."""
+    """Returns a text of ``count`` of the given letters; raises InputError otherwise."""
     if isinstance(value, str) and len(value) == count and set(value) <= set(letters):
         return value
     raise InputError(name, _door.describe(value), f"{count} letters, each {' or '.join(letters)}")

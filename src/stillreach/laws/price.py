@@ -1,4 +1,4 @@
-"""What a task error costs: one price, one for each part of the task, or a preset by name."""
+"""The price of a task error: one number, one for each part of the task, or a preset by name."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ EXPECTED = (
     "{'position': 100, 'wx wy': 8, 'wz': 1}, 'position-first', or None"
 )
 POSITION_FIRST = {"position": 110.0, "orientation": 7.0}
-"""The preset: the position is held while the orientation gives way, at most CEILING times the typical joint rate."""
+"""The preset: keeps the position and lets the orientation give way, by at most CEILING times the typical rate."""
 CEILING, BEYOND = 0.3, 80.0
-"""Of the preset: the orientation error rate bought at its price, and what the rest of it costs."""
+"""Of the preset: the orientation error rate at its own price, and the price of the rest."""
 
 _NAMES = "position|orientation|[vw][xyz]"
 _PRICE = Number(above=0.0)
@@ -34,7 +34,7 @@ FORM = Either(
     Word("none", "position-first", none="none"),
     Named(_PRICE, f"^({_NAMES})( +({_NAMES}))*$", MOST_PARTS, "prices by rows such as position = 100, orientation = 8"),
 )
-"""Of a price in files and on the command line."""
+"""The form of a price in files and on the command line."""
 
 Price = float | str | tuple[float, float] | Mapping[str, float] | None
 
@@ -43,7 +43,7 @@ def checked(price: Any) -> Price:
     """The price as a number, a word, a mapping by rows, or None.
 
     Raises:
-        InputError: it is none of these.
+        InputError: if the price is invalid.
     """
     if price is None or (isinstance(price, str) and price == "position-first"):
         return price
@@ -63,12 +63,12 @@ def parts(price: Price, rows: Sequence[str], reach: float | None, weights: Weigh
 
     Args:
         price: as ``checked`` returns it.
-        rows: name of each task row, ``vx`` to ``wz``, or ``v`` and ``w`` where only the kind is known.
+        rows: name of each task row, ``vx`` to ``wz``, or ``v`` and ``w`` if only the kind is known.
         reach: [m] a length typical of the arm; a part of v rows alone costs price / reach.
         weights: units and weights of the task.
 
     Raises:
-        InputError: rows without a price, a part of v rows without a reach, weights that couple parts.
+        InputError: if a row has no price, a part of v rows has no reach, or weights couple parts.
     """
     if price is None:
         return {}
@@ -114,7 +114,7 @@ def _rows_of(key: Any) -> tuple[str, ...] | None:
 
 
 def _part_of(row: str, by_rows: Mapping[str, float]) -> int:
-    """Which part a row belongs to."""
+    """The index of the part of a row."""
     for number, key in enumerate(by_rows):
         names = _rows_of(key) or ()
         if row in names or (row in ("v", "w") and {name[0] for name in names} == {row} and len(names) == 3):
@@ -124,7 +124,7 @@ def _part_of(row: str, by_rows: Mapping[str, float]) -> int:
 
 
 def _per_reach(reach: float | None, weights: Weights) -> float:
-    """From a price per reach to one in the units of the weights."""
+    """Factor from a price per reach to one in the units of the weights."""
     if reach is None:
         expected = "a length typical of the arm [m], because the price has a part of v rows alone"
         raise InputError("length", "None", expected)
@@ -133,7 +133,7 @@ def _per_reach(reach: float | None, weights: Weights) -> float:
 
 
 def _check_coupling(weights: Weights, numbers: Sequence[int]) -> None:
-    """Weights between rows of different parts leave no error of a part."""
+    """Raises InputError for weights between rows of different parts, which have no separate errors."""
     full = weights.task
     if full is None or full.ndim == 1 or len(full) != len(numbers):
         return

@@ -12,9 +12,9 @@ from stillreach.laws.law import Law
 class Pseudoinverse(Law):
     """dq = B Jᵀ (J B Jᵀ)⁺ twist: least error, then least rates (Bedrossian, 1994, eq. 3).
 
-    It honours fixed rates but no limits, and says OVER_LIMIT when it exceeds a bound: a baseline, not for a real arm. A
-    reference rate ν adds its null motion (B - B Jᵀ (J B Jᵀ)⁺ J B) ν. Weights may be semidefinite, as of
-    ``SingularityRobust``.
+    It applies fixed rates but no limits, and sets OVER_LIMIT if a rate exceeds a bound: a baseline, not for a real arm.
+    A reference rate ν adds its null motion (B - B Jᵀ (J B Jᵀ)⁺ J B) ν. Weights may be semidefinite, as
+    for ``SingularityRobust``.
     """
 
     word = "pseudoinverse"

@@ -1,4 +1,4 @@
-"""The paper's law: a damped inverse whose damping keeps every joint inside its rate limit."""
+"""The paper's law: a damped inverse whose damping keeps every joint inside its velocity limit."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ NORMS = {"inf": NormKind.MAXIMUM, "2": NormKind.EUCLIDEAN}
 class SingularityRobust(Law):
     """Minimises |twist - J dq|² + κ |dq|² over the working joints (Bedrossian, 1994, eq. 5 to 8), both norms weighted.
 
-    Limits act through dq = D u, with D the bound on the side that a joint moves to: κ is chosen so that |u| <= 1, and
+    Limits act through dq = D u, where D is the bound in the direction of each joint: κ is chosen so that |u| <= 1, and
     damping acts on u (for one limit for all joints: on the rates). A joint pushed against a zero bound is held for this
-    tick and the rest solved again. What still lies outside is cut to its bounds, with CLIPPED. A reference rate adds
-    its null motion, as much of it as the bounds leave room for.
+    tick, and the rest is solved again. Rates still outside are cut to their bounds, with CLIPPED. A reference rate adds
+    its null motion, as far as the bounds allow.
 
     Weights may be only positive semidefinite where P = Jᵀ W1 J + W2 of eq. (8) is regular over the working joints; κ
-    then multiplies W2. ``solve`` refuses others. In loops and batches, where J changes, motions of the joints that
-    then have no weight stay at rest, and the status has SINGULAR.
+    then multiplies W2. ``solve`` rejects others. In loops and batches, where J changes, joint motions
+    without weight stay at 0, and the status has SINGULAR.
 
     Args:
         damping: "exact": the smallest κ that meets the limit (eq. 10), 0 where the pseudoinverse does; as a function of
@@ -38,7 +38,7 @@ class SingularityRobust(Law):
         norm: "inf", the largest |u|, or "2", the Euclidean norm of u.
 
     Raises:
-        InputError: any other damping or norm.
+        InputError: if damping or norm is invalid.
     """
 
     word = "singularity-robust"
@@ -49,7 +49,7 @@ class SingularityRobust(Law):
         default="exact",
         metadata=key(
             Either(Number(least=0.0), Word(*DAMPINGS)),
-            "How the damping is found, or the damping itself, in weighted units",
+            "Rule for the damping, or the damping itself, in weighted units",
         ),
     )
     norm: str = field(default="inf", metadata=key(Word(*NORMS), "Norm of the rates that is limited"))
@@ -64,7 +64,7 @@ class SingularityRobust(Law):
         _door.choice("norm", self.norm, tuple(NORMS))
 
     def core_settings(self, rows: Sequence[str], reach: float | None, weights: Weights) -> dict[str, Any]:
-        """How κ is found, or κ."""
+        """The rule for κ, or κ."""
         if isinstance(self.damping, str):
             return {"damping": DAMPINGS[self.damping], "norm": NORMS[self.norm]}
         return {"damping": DampingKind.NUMBER, "norm": NORMS[self.norm], "kappa": float(self.damping)}

@@ -1,4 +1,4 @@
-"""The arm as a body in space: links as tubes, joints as drums along their axes."""
+"""The arm in 3D: links as tubes, joints as cylinders along their axes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LINK, JOINT = np.full(3, 0.92), np.full(3, 0.62)
 
 
 def stations(arm: Arm, q: npt.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Where the joints of an arm sit at q (n,) [rad] or [m].
+    """Positions and axes of an arm's joints at q (n,) [rad] or [m].
 
     Returns:
         Points (k + 2, 3) [m]: the base, each of the k joints of ``arm.chain``, the tool; and those joints' axes (k, 3)
@@ -56,7 +56,7 @@ def draw(
         q: (n,) joint values [rad] or [m].
         unit: [m] of the axes.
         labels: write the joints' names beside them, and draw the axes of the tool.
-        failed: indices of joints to draw as failed, with their health where that is not LOCKED for all of them.
+        failed: indices of joints to draw as failed, with their health unless all are LOCKED.
         alpha: opacity.
     """
     matplotlib_or_error("drawing an arm")
@@ -73,7 +73,7 @@ def draw(
         colour = np.array(to_rgb(HEALTH_COLOURS[health[moving.leader]])) if moving.leader in health else JOINT
         shapes.append((_tube(point - along, point + along, 1.55 * width), colour))
     faces = [(face, (*_lit(face, colour), alpha)) for tube, colour in shapes for face in tube]
-    # one collection, so that near faces hide far ones
+    # one collection, so that near faces cover far ones
     colours = [colour for _, colour in faces]
     ax.add_collection3d(
         Poly3DCollection([face for face, _ in faces], facecolors=colours, edgecolors=colours, linewidths=0.4)
@@ -111,7 +111,7 @@ def round_ticks(sides: np.ndarray) -> Any:
 
 
 def _tube(start: np.ndarray, end: np.ndarray, radius: float) -> np.ndarray:
-    """Side faces and both caps of a cylinder as quadrangles, (faces, 4, 3); none for one without length."""
+    """Side faces and caps of a cylinder as quadrangles, (faces, 4, 3); empty for length 0."""
     axis = end - start
     length = np.linalg.norm(axis)
     if length == 0.0:
@@ -123,7 +123,7 @@ def _tube(start: np.ndarray, end: np.ndarray, radius: float) -> np.ndarray:
     ring = radius * (np.outer(np.cos(turn), across) + np.outer(np.sin(turn), np.cross(axis, across)))
     a, b, middle = ring[:-1], ring[1:], np.zeros((SIDES, 3))
     sides = np.stack([start + a, start + b, end + b, end + a], axis=1)
-    # caps in quadrangles, too: matplotlib pads faces of unequal corners with memory that it has not set
+    # also caps in quadrangles: matplotlib pads faces with fewer corners with uninitialised memory
     caps = [np.stack([point + middle, point + a, point + b, point + b], axis=1) for point in (start, end)]
     return np.concatenate([sides, *caps])
 
@@ -150,6 +150,6 @@ def _round_step(length: float) -> float:
 
 
 def _thickness(points: np.ndarray) -> float:
-    """Radius of a link, for an arm of this length; one whose joints are all in one place is drawn as if 1 m long."""
+    """Radius of a link, for an arm of this length; an arm of length 0 is drawn as if 1 m long."""
     length = float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
     return 0.012 * (length if length > LEAST_LENGTH else 1.0)

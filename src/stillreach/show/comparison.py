@@ -1,4 +1,4 @@
-"""Runs of one scenario under several laws in one picture: where each led the tool, how far off, at what rates."""
+"""A figure of several runs of one scenario: path, deviation and rates for each law."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 OUTLIER = 4.0
-"""A run that reaches this many times further than the next one does not set the scale of a panel."""
+"""A run whose peak exceeds the next one by this factor does not set the scale of a panel."""
 ASTRAY = 3.0
-"""So it is for the scene."""
+"""The same factor for the scene."""
 
 Curve = tuple[FloatArray, FloatArray]
 """Times [s] and values."""
 
 
 def comparison(results: Comparison) -> Figure:
-    """The picture of several runs.
+    """The figure of several runs.
 
     Args:
-        results: one run or more.
+        results: one or more runs.
 
     Raises:
-        MissingExtraError: matplotlib is not installed.
+        MissingExtraError: if matplotlib is not installed.
     """
     with styled("a picture of several runs"):
         scenario = results.scenario
@@ -107,7 +107,7 @@ def _panel(ax: Axes, results: Comparison, name: str, curves: list[Curve], least:
 
 
 def _top(peaks: list[float], least: float, outlier: float = OUTLIER) -> float:
-    """Upper end of a panel: the highest peak, or the second where the first is far beyond it."""
+    """Upper end of a panel: the highest peak, or the second if the first is far above it."""
     ordered = sorted((max(peak, least / outlier) for peak in peaks), reverse=True)
     alone = len(ordered) > 1 and ordered[0] > outlier * ordered[1]
     return max(1.08 * ordered[int(alone)], least)
@@ -137,7 +137,7 @@ def _scene(ax: Any, results: Comparison, goal: Commanded) -> None:
 
 
 def _path_inside(ax: Any, path: FloatArray, place: int) -> None:
-    """The part of a path that lies in the axes, which cut nothing off themselves, and where it ends."""
+    """The part of a path inside the axes, which do not clip, and its end."""
     box = np.array([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()])
     inside = np.all((path >= box[:, 0]) & (path <= box[:, 1]), axis=1)
     arm3d.path(ax, np.where(inside[:, None], path, np.nan), **_line(place))
@@ -146,6 +146,6 @@ def _path_inside(ax: Any, path: FloatArray, place: int) -> None:
 
 
 def _line(place: int) -> dict[str, Any]:
-    """Style of a law's lines: earlier ones are wider, so that equal ones show below each other."""
+    """Style of a law's lines: earlier ones are wider, so that equal lines stay visible."""
     dashes = "-" if place < len(LINES) else (0, (4, 1.6))
     return {"color": LINES[place % len(LINES)], "linestyle": dashes, "linewidth": max(3.0 - 0.6 * place, 1.2)}

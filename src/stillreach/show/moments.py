@@ -1,4 +1,4 @@
-"""What changes during a run, marked in its panels: when joints fail and when they work again."""
+"""Marks of faults and restorations in the panels of a run."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 RECOVERY = "#2f7d4f"
 ROWS = 3
-"""Labels that would overlap stand in so many rows."""
+"""Number of rows for labels that would overlap."""
 LETTER = 0.0125
 """Width of a letter, relative to a panel's."""
 
 
 @dataclass(frozen=True)
 class Moment:
-    """A time at which something changes, and what: [s], words, colour, whether for the better."""
+    """A change of faults: time [s], words, colour, whether it is a restoration."""
 
     time: float
     text: str
@@ -33,7 +33,7 @@ class Moment:
 
 
 def moments(scenario: Scenario, end: float) -> list[Moment]:
-    """What changes up to a time [s], in order; what changes at one time is one moment."""
+    """The changes up to a time [s], in order; changes at the same time are one moment."""
     failing: dict[float, list[tuple[str, str]]] = {}
     working: dict[float, list[str]] = {}
     names = [in_picture(name) for name in scenario.arm.joint_names]
@@ -53,7 +53,7 @@ def moments(scenario: Scenario, end: float) -> list[Moment]:
 
 
 def mark(ax: Axes, changes: Sequence[Moment], *, label: bool = False) -> None:
-    """Lines at moments in a panel over time; with ``label`` the words above it, in rows where they are close."""
+    """Lines at moments in a panel over time; with ``label`` the words above it, in rows if they are close."""
     low, high = ax.get_xlim()
     for change, (left, row) in zip(changes, _places(changes, low, high), strict=True):
         ax.axvline(change.time, color=change.colour, linewidth=0.9, linestyle=(0, (4, 2)), zorder=1.5)
@@ -70,12 +70,12 @@ def mark(ax: Axes, changes: Sequence[Moment], *, label: bool = False) -> None:
 
 
 def label_rows(changes: Sequence[Moment], end: float) -> int:
-    """How many rows of labels stand above a panel that ends at a time [s]."""
+    """Number of label rows above a panel that ends at a time [s]."""
     return 1 + max((row for _, row in _places(changes, 0.0, float(end))), default=-1)
 
 
 def _places(changes: Sequence[Moment], low: float, high: float) -> list[tuple[float, int]]:
-    """Left end [s] and row of each label, so that none overlaps another while there are rows."""
+    """Left end [s] and row of each label, without overlaps as long as rows are free."""
     free_from = [-math.inf] * ROWS
     found = []
     for change in changes:

@@ -1,4 +1,4 @@
-"""A run of a scenario in one picture: the arm and its path, how far off it was, what its joints did, what held them."""
+"""A figure of a run: arm and path, deviation, rates, joints and limits."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ if TYPE_CHECKING:
 LINES = ("#1b4f8a", "#c8501e", "#2f7d4f", "#8a3f8f", "#b58900", "#3b3b3b", "#4fa3c7", "#d17ba6")
 FAILING = (0, (4, 1.6))
 NAMED = len(LINES)
-"""So many joints have lines and names of their own; the others are grey."""
+"""Number of joints with their own lines and names; the others are grey."""
 WHY_LETTERS = 190
 RATE_TOP = 300.0
-"""Rates are drawn up to here [% of limit]."""
+"""Upper end of the panel of rates [% of limit]."""
 LEAST_MM, LEAST_DEG = 1.0, 0.1
-"""A panel of deviations reaches at least so high: rounding errors are none."""
+"""Smallest upper end of a panel of deviations, which hides rounding errors."""
 
 
 def outcome(run: Run, found: Summary | None = None) -> Figure:
-    """The picture of a run.
+    """The figure of a run.
 
     Args:
-        run: what happened.
-        found: its summary; None makes one.
+        run: the run.
+        found: its summary; None: computed.
 
     Raises:
-        MissingExtraError: matplotlib is not installed.
+        MissingExtraError: if matplotlib is not installed.
     """
     with styled("a picture of a run"):
         found = run.summary() if found is None else found
@@ -90,7 +90,7 @@ def outcome(run: Run, found: Summary | None = None) -> Figure:
 
 
 def caption(found: Summary) -> str:
-    """Arm, law and what came of it, in a line."""
+    """Arm, law and result in one line."""
     of = found.run.scenario
     if found.run.interrupted:
         verdict = f"interrupted at {found.end:g} s"
@@ -102,12 +102,12 @@ def caption(found: Summary) -> str:
 
 
 def ends_off(found: Summary) -> str:
-    """How far from its goal the tool ends, in the rows of the task."""
+    """Distance and angle of the tool from its goal at the end, in the rows of the task."""
     return apart(found, found.goal_distance, found.goal_angle, " and ")
 
 
 def off_target(ax: Axes, run: Run, ticks: np.ndarray, found: Summary) -> None:
-    """Distance [mm] and angle [deg] from where the tool should be, each where the task has such rows."""
+    """Distance [mm] and angle [deg] of the tool from its target, each if the task has such rows."""
     distance, angle = (off[ticks] for off in deviation(run))
     time = run.time[ticks]
     if found.linear:
@@ -128,7 +128,7 @@ def _deviation(ax: Axes, time: FloatArray, off: FloatArray, least: float, name: 
 
 
 def named_joints(run: Run) -> list[int]:
-    """The joints that get lines of their own: those that fail, then those that come nearest to their limits."""
+    """The joints with their own lines: those that fail, then those nearest to their limits."""
     failed = [int(j) for j in np.flatnonzero(np.any(run.health != Health.HEALTHY, axis=0))]
     share = np.max(rate_shares(run), axis=0)
     effort = share if np.any(share) else np.max(np.abs(run.rates), axis=0)
@@ -137,7 +137,7 @@ def named_joints(run: Run) -> list[int]:
 
 
 def rates(ax: Axes, run: Run, chosen: Sequence[int], ticks: np.ndarray) -> None:
-    """Rates as a share of their limits [%]; in [deg/s] and [mm/s] where there are none."""
+    """Rates as a share of their limits [%]; in [deg/s] and [mm/s] without limits."""
     limited = rate_shares(run)
     if np.any(limited):
         signed = 100 * limited * np.sign(run.rates)
@@ -158,7 +158,7 @@ def rates(ax: Axes, run: Run, chosen: Sequence[int], ticks: np.ndarray) -> None:
 
 
 def aside(ax: Axes, text: str) -> None:
-    """A remark in the upper right corner of a panel."""
+    """A note in the upper right corner of a panel."""
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 2.0}
     ax.text(0.99, 0.95, text, transform=ax.transAxes, ha="right", va="top", fontsize=8.5, bbox=box, zorder=10)
 

@@ -1,4 +1,4 @@
-"""The arm and the paths of its tool in space: where it was told to go, and where it went."""
+"""The arm with the commanded and actual paths of its tool in 3D."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DRAWN = 5000
-"""A line has about so many points at most."""
+"""Largest number of points of a line, approximately."""
 VIEW = {"elev": 20, "azim": -60}
 FILLED = 0.74
-"""How much of its axes a scene fills."""
+"""Fraction of its axes that a scene fills."""
 NEAR = 0.006
-"""Joints nearer to each other on the page, in units of a scene's projection, are named in one text."""
+"""Joints nearer to each other on the page, in units of a scene's projection, share one label."""
 CORNER = 0.09
-"""Part of the longest side around the corner that two axes share, where only one of them has ticks."""
+"""Fraction of the longest side around a shared corner of two axes, where only one has ticks."""
 
 
 def scene(ax: Any, run: Run, goal: Commanded) -> None:
-    """The arm at the start (pale) and at the end, failed joints in colour and named, with commanded and own path."""
+    """The arm at the start (pale) and end, failed joints named and in colour, with commanded and actual path."""
     arm = run.scenario.arm
-    ax.computed_zorder = False  # what is drawn later hides what was drawn before
+    ax.computed_zorder = False  # later artists cover earlier ones
     health = {int(joint): Health(run.health[-1, joint]) for joint in np.flatnonzero(run.health[-1] != Health.HEALTHY)}
     arm3d.draw(ax, arm, run.q[0], labels=False, alpha=0.18)
     arm3d.draw(ax, arm, run.q[-1], labels=False, failed=health)
@@ -84,12 +84,12 @@ def arm_picture(arm: Arm, q: FloatArray, failed: Collection[int] = ()) -> Figure
 
 
 def _moving_names(arm: Arm) -> list[str]:
-    """Names of all joints that move, the followers included, from the base on."""
+    """Names of all moving joints, including followers, from the base on."""
     return [str(moving.joint.name) for moving in arm.chain]
 
 
 def _name(ax: Any, joints: Mapping[str, tuple[FloatArray, str]]) -> None:
-    """Names beside joints, given by name as point (3,) and colour; of joints that are close on the page in one text."""
+    """Names beside joints, given by name as point (3,) and colour; of joints that are close on the page in one."""
     from matplotlib.patheffects import withStroke
     from mpl_toolkits.mplot3d.proj3d import proj_transform  # type: ignore[import-untyped]
 
@@ -127,7 +127,7 @@ def fit(ax: Any, points: FloatArray) -> None:
     ax.set_box_aspect(high - low, zoom=FILLED / page)
     ax.view_init(**VIEW)
     ax.tick_params(axis="z", pad=9)
-    ax.patch.set_alpha(0.0)  # hides nothing of its neighbours
+    ax.patch.set_alpha(0.0)  # does not cover its neighbours
     ticks = arm3d.round_ticks(high - low)
     corner = CORNER * float(np.max(high - low))
     cut = ((low[0], high[0] - corner), (low[1] + corner / 2, high[1]), (low[2], high[2]))  # x ends where y begins
@@ -138,10 +138,10 @@ def fit(ax: Any, points: FloatArray) -> None:
 
 
 def _last_tick(axis: str, mark: float) -> str:
-    """The number [m] with the name of its axis, clear of the axis: a label of the whole axis would cover numbers."""
+    """The number [m] with the axis name, away from the axis: an axis label would cover numbers."""
     return f"{'' if axis == 'x' else '        '}{axis} = {mark:.6g} m"
 
 
 def drawn_ticks(run: Run) -> np.ndarray:
-    """The ticks (K,) that are drawn: all, or of a long run evenly spaced ones and the last."""
+    """The drawn ticks (K,): all, or for a long run evenly spaced ones and the last."""
     return np.append(np.arange(0, len(run) - 1, max(1, len(run) // DRAWN)), len(run) - 1)

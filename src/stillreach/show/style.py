@@ -1,4 +1,4 @@
-"""How pictures look: colours, settings of matplotlib, and names in as much room as there is."""
+"""Style of figures: colours, matplotlib settings, and shortened names."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ COLOURS = ("#1b4f8a", "#c8501e", "#2f7d4f", "#8a3f8f", "#7a6a1f", "#3b3b3b")
 
 FAULT_COLOURS = ("#b3261e", "#d98a1f", "#8a3f8f", "#8a6d3b", "#c2578a", "#5b4a9e", "#6b6b2b")
 HEALTH_COLOURS = {kind.health: colour for kind, colour in zip(FAULTS, FAULT_COLOURS, strict=False)}
-"""Of a failed joint, wherever it is drawn."""
+"""Colour of failed joints."""
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,7 +23,7 @@ NAME_LETTERS, TITLE_LETTERS = 26, 90
 RC = {
     "font.family": "sans-serif",
     "font.size": 9.0,
-    "text.parse_math": False,  # names may hold $
+    "text.parse_math": False,  # names may contain $
     "axes.titlesize": 9.5,
     "axes.titlelocation": "left",
     "axes.labelsize": 9.0,
@@ -51,7 +51,7 @@ def matplotlib_or_error(purpose: str) -> Any:
     """The matplotlib module.
 
     Raises:
-        MissingExtraError: it is not installed.
+        MissingExtraError: if it is not installed.
     """
     try:
         import matplotlib
@@ -61,21 +61,21 @@ def matplotlib_or_error(purpose: str) -> Any:
 
 
 def styled(purpose: str) -> AbstractContextManager[None]:
-    """A context in which figures are made with this package's settings, whatever the user's own are."""
+    """A context in which figures are made with this package's settings, independent of the user's."""
     context: AbstractContextManager[None] = matplotlib_or_error(purpose).rc_context(RC)
     return context
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """A figure [in] of pyplot, so that notebooks and ``pyplot.show()`` show it."""
+    """A pyplot figure of a size [in], for notebooks and ``pyplot.show()``."""
     from matplotlib import pyplot
 
     return pyplot.figure(figsize=(width, height))
 
 
 def in_picture(text: str, letters: int = NAME_LETTERS) -> str:
-    """A name or title for a picture: in one line, of a long one both ends."""
+    """A name or title for a figure: one line; long ones are shortened in the middle."""
     text = printable(" ".join(text.split()))
     if len(text) > letters:
         text = f"{text[: letters // 2 - 1]}…{text[-(letters // 2) :]}"
-    return f" {text}" if text.startswith("_") else text  # matplotlib leaves what begins so out of legends
+    return f" {text}" if text.startswith("_") else text  # matplotlib omits these from legends

@@ -1,4 +1,4 @@
-"""Which joint was in which state when, as bars over time."""
+"""The states of joints as bars over time."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 STATES = {
     **{kind.word: HEALTH_COLOURS[kind.health] for kind in FAULTS},
-    "at rate limit": "#1b4f8a",
+    "at velocity limit": "#1b4f8a",
     "at position limit": "#5f8fc4",
     "at acceleration limit": "#b9cfe6",
 }
-"""What a joint's bar can say, and its colour."""
+"""The states of a joint and their colours."""
 
 FLAGS = (
     Status.SINGULAR,
@@ -37,18 +37,18 @@ FLAGS = (
 FLAG_COLOUR = "#6d6d6d"
 BAR = 0.72
 NAMED = 16
-"""Of more bars than that only the first and last joint, those that fail and the status flags are named."""
+"""With more bars, only the first and last joint, failed joints and status flags are named."""
 
 TOGETHER = 3
-"""Names of bars that stand close together; of more only the first and the last."""
+"""Largest number of names for adjacent bars; of more, only the first and last."""
 
 
 def timeline(ax: Axes, run: Run, ticks: np.ndarray) -> None:
     """A bar for each joint and, below, for each status flag that was raised.
 
     Args:
-        ax: where to draw.
-        run: what happened.
+        ax: the axes.
+        run: the run.
         ticks: (K,) the ticks to draw, evenly spaced.
     """
     from matplotlib.patches import Patch
@@ -81,7 +81,7 @@ def timeline_rows(run: Run) -> int:
 
 
 def _joint_codes(run: Run) -> np.ndarray:
-    """(T, n) 0, or 1 + place in STATES."""
+    """(T, n) 0, or 1 + index in STATES."""
     reasons = bound_reasons(run)
     codes = np.where(reasons > 0, reasons + len(FAULTS), 0)
     for code, kind in enumerate(FAULTS, start=1):
@@ -94,14 +94,14 @@ def _raised(run: Run) -> list[Status]:
 
 
 def _spans(time: np.ndarray, true: np.ndarray) -> list[tuple[float, float]]:
-    """Begin and length [s] of each stretch of ticks for which something is true; each lasts until the next one."""
+    """Start and length [s] of each range of true ticks; a tick lasts until the next one."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], true.astype(np.int8), [0]])))
     until = np.append(time, time[-1])
     return [(float(time[first]), float(until[end] - time[first])) for first, end in edges.reshape(-1, 2)]
 
 
 def _apart(rows: list[int], room: float) -> list[list[int]]:
-    """Rows that stand nearer than there is room for a name are named together."""
+    """Groups of rows that are too close for separate names."""
     groups = [rows[:1]]
     for row in rows[1:]:
         if row - groups[-1][-1] < room:
@@ -116,7 +116,7 @@ def _together(names: list[str]) -> str:
 
 
 def _label(ax: Axes, names: list[str], marked: Collection[int]) -> None:
-    """Names at the bars; of many only those of the marked ones."""
+    """Names at the bars; of many, only the marked ones."""
     ax.set_ylim(len(names) - 0.4, -0.6)
     rows = [[row] for row in range(len(names))] if len(names) <= NAMED else _apart(sorted(marked), len(names) / NAMED)
     ax.set_yticks([sum(near) / len(near) for near in rows], [_together([names[k] for k in near]) for near in rows])

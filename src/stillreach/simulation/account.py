@@ -1,4 +1,4 @@
-"""A summary in words, each with the name of what it tells."""
+"""A summary in words: names and sentences."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from stillreach._words import direction, shown, shown_angle, shown_length, tidy
 from stillreach.faults import Fault
+from stillreach.simulation.held import BOUND_WORDS
 from stillreach.simulation.scenario import Scenario
 from stillreach.status import IN_WORDS, Status
 
@@ -17,7 +18,7 @@ TOO_FAST = "but drives cannot follow rates above their limits"
 
 
 def account(found: Summary) -> list[tuple[str, str]]:
-    """What a person reads of a run: names and sentences, line by line."""
+    """The lines of a run's summary: names and sentences."""
     rows = [("arrived", verdict(found)), *([("why", found.why.sentence)] if found.why else [])]
     rows += [("gave way", _gave_way(found)), *_deviations(found), ("largest rate", _worst_rate(found))]
     rows += [("faults", text) if k == 0 else ("", text) for k, text in enumerate(fault_lines(found.run.scenario))]
@@ -25,7 +26,7 @@ def account(found: Summary) -> list[tuple[str, str]]:
 
 
 def verdict(found: Summary) -> str:
-    """Did the tool arrive?"""
+    """Whether the tool arrived."""
     if found.run.interrupted:
         return f"interrupted at {found.end:g} s"
     away = apart(found, found.goal_distance, found.goal_angle)
@@ -35,27 +36,27 @@ def verdict(found: Summary) -> str:
 
 
 def beyond_limits(found: Summary) -> bool:
-    """Whether a law asked for more than the limits, so that drives would not have done what the run shows."""
+    """Whether rates exceeded the limits, so that real drives could not follow the run."""
     return str(Status.OVER_LIMIT) in found.statuses
 
 
 def apart(found: Summary, distance: float, angle: float, word: str = ", ") -> str:
-    """A distance [m] and an angle [rad], each where the task asks for it."""
+    """A distance [m] and an angle [rad], each if the task has such rows."""
     parts = [shown_length(distance)] if found.linear else []
     return word.join([*parts, shown_angle(angle)] if found.angular else parts)
 
 
 def is_late(found: Summary) -> bool:
-    """Whether the tool was far from where it should be mostly because it came later."""
+    """Whether the tool was far from its target mostly because of delay."""
     return found.linear and found.distance.value > max(found.allowed_distance, 5.0 * found.beside)
 
 
 def fault_groups(scenario: Scenario, names: Sequence[str]) -> list[tuple[str, Fault]]:
-    """Faults in words, those of one kind and time together: ``j2, j4 locked``, each with the first of them.
+    """Faults in words, grouped by kind and time: ``j2, j4 locked``, each with the first fault of the group.
 
     Args:
-        scenario: whose faults.
-        names: (n,) what to call its joints.
+        scenario: with the faults.
+        names: (n,) names of its joints.
     """
     found: dict[tuple[str, float, float | None], tuple[list[str], Fault]] = {}
     for fault in scenario.faults:
@@ -66,7 +67,7 @@ def fault_groups(scenario: Scenario, names: Sequence[str]) -> list[tuple[str, Fa
 
 
 def fault_lines(scenario: Scenario) -> list[str]:
-    """What fails when, a line for each kind and time."""
+    """The faults, one line for each kind and time."""
     lines = []
     for text, fault in fault_groups(scenario, scenario.arm.joint_names):
         since = f"from {fault.at:g} s on" if fault.at else "from the start"
@@ -75,7 +76,7 @@ def fault_lines(scenario: Scenario) -> list[str]:
 
 
 def _worst_rate(found: Summary) -> str:
-    """The largest rate against its limit."""
+    """The largest rate relative to its limit."""
     unit = found.run.joint_units[found.run.joint_names.index(found.rate_joint)]
     value = shown(abs(found.rate_value), unit, rate=True)
     if found.rate is None:
@@ -84,7 +85,7 @@ def _worst_rate(found: Summary) -> str:
 
 
 def _gave_way(found: Summary) -> str:
-    """Which part of the task was farther off than what counts as arrived, and by how much."""
+    """The parts of the task with errors above the allowed ones, and the errors."""
     amounts = {
         "position": (shown_length(found.distance.value), shown_length(found.goal_distance)),
         "orientation": (shown_angle(found.angle.value), shown_angle(found.goal_angle)),
@@ -96,7 +97,7 @@ def _gave_way(found: Summary) -> str:
 
 
 def _deviations(found: Summary) -> list[tuple[str, str]]:
-    def when(shown: str, time: float) -> str:  # rounding is at its largest at no time in particular
+    def when(shown: str, time: float) -> str:  # for rounding errors the time has no meaning
         return shown if shown.split()[0].rstrip("°") == "0" else f"{shown} at {time:g} s"
 
     far = [when(shown_length(found.distance.value), found.distance.time)] if found.linear else []
@@ -116,8 +117,8 @@ def _held(found: Summary) -> str:
         return "no joint limit"
     joint, bound, time = longest
     others = len(found.held) - 1
-    more = f"; {others} other joint{'s' if others > 1 else ''} for less" if others else ""
-    return f"{joint}, {time:.3g} s at its {bound} limit{more}"
+    more = f"; {others} other joint{'s' if others > 1 else ''} for a shorter time" if others else ""
+    return f"{joint}, {time:.3g} s at its {BOUND_WORDS.get(bound, bound)} limit{more}"
 
 
 def _lost(found: Summary) -> str:

@@ -1,4 +1,4 @@
-"""Runs as NumPy archives (.npz): the same arrays and labels as in a netCDF file, without an extra."""
+"""Runs as NumPy archives (.npz): the same arrays and labels as in a netCDF file, without extra packages."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 SUFFIX = ".npz"
 SIGNATURE = b"PK\x03\x04"
 LARGEST = 2**33
-"""[bytes] of all arrays; as much as a run may have."""
+"""[bytes] of all arrays; also the largest size of a run."""
 
 
 def is_archive(path: str | os.PathLike[str]) -> bool:
-    """Whether a path has the suffix of an archive, or is a file that begins like one."""
+    """Whether a path has the suffix of an archive, or is a file with the first bytes of one."""
     if Path(path).suffix == SUFFIX:
         return True
     if not Path(path).is_file():
@@ -34,7 +34,7 @@ def is_archive(path: str | os.PathLike[str]) -> bool:
 
 
 def write(run: Run, path: str | os.PathLike[str]) -> None:
-    """Write a run; a file of that name is replaced whole or not at all."""
+    """Write a run; an existing file is replaced only when the new one is complete."""
     stored: dict[str, Any] = {"joint": run.joint_names, "joint_unit": run.joint_units, "interrupted": run.interrupted}
     stored |= {"scenario": scenario_text(run.scenario), **run.arrays()}
     with new_file(path) as file:
@@ -42,15 +42,15 @@ def write(run: Run, path: str | os.PathLike[str]) -> None:
 
 
 def read(path: str | os.PathLike[str]) -> Stored:
-    """What an archive holds.
+    """Read the contents of an archive.
 
     Raises:
-        InputError: the file is not a run.
-        FileNotFoundError: there is no such file.
+        InputError: if the file is not a run.
+        FileNotFoundError: if the file is missing.
     """
     expected = "a file that run.save() wrote"
     if not Path(path).is_file():
-        raise FileNotFoundError(f"path: got {os.fspath(path)!r}, expected {expected}; there is none")
+        raise FileNotFoundError(f"path: got {os.fspath(path)!r}, expected {expected}; no such file")
     try:
         with zipfile.ZipFile(path) as parts:
             size = sum(part.file_size for part in parts.infolist())
@@ -68,5 +68,5 @@ def read(path: str | os.PathLike[str]) -> Stored:
         raise InputError("path", repr(os.fspath(path)), f"{expected} ({error})") from error
     other = [name for name, array in arrays.items() if array.dtype.kind not in "iuf"]
     if other:
-        raise InputError("path", f"{os.fspath(path)!r} with other things than numbers in {', '.join(other)}", expected)
+        raise InputError("path", f"{os.fspath(path)!r} with non-numeric data in {', '.join(other)}", expected)
     return found

@@ -1,4 +1,4 @@
-"""Where a scenario's motion leads, and how far from it a run is."""
+"""The commanded path of a scenario, and the distance of a run from it."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     from stillreach.task import Task
 
 LOOKS = 10_000
-"""A longer run is compared with its motion at about so many ticks, evenly spaced."""
+"""Number of ticks, evenly spaced, at which a longer run is compared with its motion."""
 LOOKS_BESIDE = 400
-"""Likewise with the path as a whole, which takes longer."""
+"""The same for the path as a whole, which takes longer."""
 
 
 @dataclass(frozen=True)
 class Commanded:
-    """Where the task's point should be, whatever the arm does.
+    """The commanded poses of the task's point.
 
     Args:
-        ticks: (K,) rising; the first, the last and those between that are looked at.
+        ticks: (K,) rising: the first, the last and a sample between them.
         poses: (K, 4, 4) [m] at these ticks.
     """
 
@@ -35,22 +35,22 @@ class Commanded:
     poses: FloatArray
 
     def length(self) -> tuple[float, float]:
-        """Length [m] and angle [rad] of the way."""
+        """Length [m] and angle [rad] of the path."""
         steps = np.linalg.norm(np.diff(self.poses[:, :3, 3], axis=0), axis=1)
         turns = log(self.poses[1:, :3, :3] @ np.swapaxes(self.poses[:-1, :3, :3], 1, 2))
         return float(np.sum(steps)), float(np.sum(np.linalg.norm(turns, axis=1)))
 
 
 def commanded(scenario: Scenario, looks: int = LOOKS) -> Commanded:
-    """Where the motion of a scenario leads, at up to about so many ticks, whatever its clock."""
+    """The commanded path of a scenario, at up to about ``looks`` ticks, for any clock."""
     ticks = _looked_at(scenario, looks)
     return Commanded(ticks, scenario.schedule.poses(ticks.astype(np.float64)))
 
 
 def commanded_in(run: Run) -> Commanded:
-    """Where the motion of a run leads.
+    """The commanded path of a run.
 
-    A function of time is not called again: a run by the clock has recorded where it led, up to its last tick.
+    A function of time is not called again: with clock "time" the run has recorded its poses up to the last tick.
     """
     scenario = run.scenario
     if scenario.clock != "time" or not scenario.schedule.has_function:
@@ -61,7 +61,7 @@ def commanded_in(run: Run) -> Commanded:
 
 
 def _looked_at(scenario: Scenario, looks: int) -> npt.NDArray[np.int64]:
-    """The first and last tick of each part, and evenly spaced ones between; all ticks of a function of time."""
+    """First and last tick of each part, and evenly spaced ticks between; all ticks of a function of time."""
     plan, stride = scenario.schedule, max(1, scenario.steps // looks)
     ticks = [np.array([0])]
     for part, (first, end) in enumerate(plan.spans()):
@@ -71,7 +71,7 @@ def _looked_at(scenario: Scenario, looks: int) -> npt.NDArray[np.int64]:
 
 
 def deviation(run: Run) -> tuple[FloatArray, FloatArray]:
-    """How far the tool of a run is from its target, in the rows of the task.
+    """Distance and angle of a run's tool from its target, in the rows of the task.
 
     Returns:
         Distance (T,) [m] and angle (T,) [rad], 0 for rows that are not in the task.
@@ -80,7 +80,7 @@ def deviation(run: Run) -> tuple[FloatArray, FloatArray]:
 
 
 def off_goal(run: Run, goal: Commanded) -> tuple[float, float]:
-    """Distance [m] and angle [rad] at which a run's tool ends from where its motion does, in the rows of the task."""
+    """Distance [m] and angle [rad] of a run's tool from its goal at the end, in the rows of the task."""
     distance, angle = _off(run.task, run.pose[-1:], goal.poses[-1:])
     return float(distance[0]), float(angle[0])
 
@@ -102,16 +102,16 @@ def _off(task: Task, actual: FloatArray, wanted: FloatArray) -> tuple[FloatArray
 
 
 def beside_path(run: Run, goal: Commanded) -> float:
-    """How far the tool of a run ever is from the commanded path [m], early or late.
+    """Largest distance of a run's tool from the commanded path [m], at any time.
 
-    A tool that is late, and on its way, is far from where it should be and at 0 from its path. In the rows of the
+    A late tool on the path is far from its target, but at distance 0 from the path. In the rows of the
     task; arguments as for ``off_goal``.
     """
     task = run.task
     ticks = goal.ticks[goal.ticks < len(run)]
     looked = ticks[np.unique(np.linspace(0, len(ticks) - 1, LOOKS_BESIDE).round().astype(np.int64))]
     path, asked = goal.poses[:, :3, 3], _asked(task)[0]
-    path = np.concatenate([path, path[-1:]])  # also a path of one pose has a step
+    path = np.concatenate([path, path[-1:]])  # a path of one pose also has a step
     farthest = 0.0
     for T in run.pose[looked]:
         seen = path - T[:3, 3]
@@ -129,7 +129,7 @@ def _nearest(points: FloatArray) -> float:
 
 
 def _dot(one: FloatArray, other: FloatArray) -> FloatArray:
-    """(K,) row by row; quicker than a sum along short rows."""
+    """(K,) dot products of rows; faster than a sum along short rows."""
     return np.asarray(np.einsum("kx,kx->k", one, other))
 
 

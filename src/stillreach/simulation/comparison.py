@@ -27,7 +27,7 @@ class Comparison(Mapping[str, Run]):
     """Runs of one scenario by the name of the law; ``str()`` of it is a table.
 
     Args:
-        scenario: what was run, but for the law.
+        scenario: the scenario; its law is replaced.
         summaries: of the runs.
     """
 
@@ -49,11 +49,11 @@ class Comparison(Mapping[str, Run]):
         return any(run.interrupted for run in self.values())
 
     def rows(self) -> list[tuple[str, ...]]:
-        """Cells of the table, without its HEAD: how each law did."""
+        """Cells of the table below HEAD: one row for each law."""
         return [
             (
                 law,
-                "broken off" if found.run.interrupted else "yes" if found.finished else "NO",
+                "interrupted" if found.run.interrupted else "yes" if found.finished else "NO",
                 apart(found, found.goal_distance, found.goal_angle),
                 apart(found, found.distance.value, found.angle.value),
                 "no limit" if found.rate is None else f"{tidy(100 * found.rate.value)} %",
@@ -62,8 +62,8 @@ class Comparison(Mapping[str, Run]):
         ]
 
     def notes(self) -> list[str]:
-        """What the table does not say, in lines: why tools did not arrive, and which were late."""
-        lines = ["peak rate: the largest, in per cent of its joint's limit"]
+        """Notes below the table: why tools did not arrive, and which were late."""
+        lines = ["peak rate: the largest rate, in per cent of the joint's limit"]
         if any(beyond_limits(found) for found in self.summaries.values()):
             lines.append("           above 100 %: drives cannot follow")
         for law, found in self.summaries.items():
@@ -71,14 +71,14 @@ class Comparison(Mapping[str, Run]):
                 lines.append(f"{law}: {found.why.sentence}")
             if is_late(found):
                 late, beside = shown_length(found.distance.value), shown_length(found.beside)
-                lines.append(f"{law} falls behind, by up to {late}, and is at most {beside} off its path")
+                lines.append(f"{law} falls behind, by up to {late}, but stays within {beside} of its path")
         return lines
 
     def plot(self) -> Figure:
-        """A picture: where each law led the tool, how far off, at what rates.
+        """A figure: path, deviation and rates for each law.
 
         Raises:
-            MissingExtraError: matplotlib is not installed (extra ``plot``).
+            MissingExtraError: if matplotlib is not installed (extra ``plot``).
         """
         from stillreach.show.comparison import comparison
 
@@ -102,15 +102,15 @@ def compare(
     """Simulate a scenario under several laws.
 
     Args:
-        scenario: what to run.
-        laws: by name, or laws that are then called by their classes.
+        scenario: the scenario.
+        laws: by name, or a list of laws, which are named by their classes.
         allowed_distance: [m] as for ``Run.summary``.
         allowed_angle: [rad] likewise.
         progress: as for ``simulate``.
 
     Raises:
-        InputError: no law, something else than laws, or two of one class without names.
-        SimulationInterrupted: Ctrl-C; ``.run`` of the error is a Comparison with every tick computed so far.
+        InputError: if laws are missing or invalid, or two of one class have no names.
+        SimulationInterrupted: after Ctrl-C; ``.run`` of the error is a Comparison with all computed ticks.
     """
     allowed = {"allowed_distance": allowed_distance, "allowed_angle": allowed_angle}
     summaries: dict[str, Summary] = {}
@@ -126,7 +126,7 @@ def compare(
 
 
 def _named(laws: Any) -> dict[str, Law]:
-    """The laws by name; InputError otherwise."""
+    """The laws by name; raises InputError if they are invalid."""
     expected = "laws, or laws by name where two are of one class"
     given = laws.values() if isinstance(laws, Mapping) else laws
     if isinstance(laws, Law) or not isinstance(given, Iterable):

@@ -1,4 +1,4 @@
-"""Courses: motions that say where the tool is to be at each time, from the pose that they begin at."""
+"""Courses: motions that define the tool's pose at each time, from the pose at their start."""
 
 from __future__ import annotations
 
@@ -17,11 +17,9 @@ from stillreach.errors import InputError
 from stillreach.simulation.profile import PROFILES, progress
 
 ARC_POINTS = 3601
-PROFILE_KEY = key(Word(*PROFILES), "Speed along it; the last two start and end at rest")
-RAMP_KEY = key(
-    Number(above=0.0, most=0.5), "Part of the time in which trapezoidal speeds up, and slows down again; 0.25 if absent"
-)
-RELATIVE_KEY = key(Flag(), "Positions are shifts and orientations turns from the pose at the beginning")
+PROFILE_KEY = key(Word(*PROFILES), "Speed profile; the last two start and end at rest")
+RAMP_KEY = key(Number(above=0.0, most=0.5), "Fraction of the time of each ramp of trapezoidal; 0.25 if absent")
+RELATIVE_KEY = key(Flag(), "Positions are shifts and orientations turns from the pose at the start")
 
 
 class Plan(Protocol):
@@ -29,10 +27,10 @@ class Plan(Protocol):
 
     @property
     def knots(self) -> FloatArray:
-        """(K,) times [s] after the beginning, among which the point is at its farthest from the base."""
+        """(K,) times [s] since the start that include the point farthest from the base."""
 
     def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Poses (K, 4, 4) [m] and twists (K, 6) [m/s, rad/s] at times (K,) [s] since the course began."""
+        """Poses (K, 4, 4) [m] and twists (K, 6) [m/s, rad/s] at times (K,) [s] since the start of the course."""
 
 
 class Course(Kind):
@@ -40,21 +38,21 @@ class Course(Kind):
 
     duration: float
     goal: ClassVar[str] = "points"
-    """The argument that says where it leads."""
+    """The argument that sets the goal."""
 
     def plan(self, T_start: FloatArray) -> Plan:
         """The course from a pose (4, 4) [m].
 
         Raises:
-            InputError: it cannot begin there.
+            InputError: if it cannot begin there.
         """
         raise TypeError(f"{type(self).__name__} is a base class; use one of the courses")
 
     @classmethod
     def read(cls, values: dict[str, Any], reading: Reading) -> Self:
-        """From a file; there a ramp goes with the profile that has one."""
+        """From a file, where a ramp is valid only for the trapezoidal profile."""
         if "ramp" in values and values.get("profile") != "trapezoidal":
-            raise InputError("ramp", shown(values["ramp"]), 'none, or profile = "trapezoidal"')
+            raise InputError("ramp", shown(values["ramp"]), 'no ramp, or profile = "trapezoidal"')
         return super().read(values, reading)
 
 
@@ -117,7 +115,7 @@ class Arc:
 
     @property
     def knots(self) -> FloatArray:
-        """Times that are close to each other: the farthest point can be anywhere."""
+        """Closely spaced times: any point can be the farthest."""
         return np.linspace(0.0, self.duration, ARC_POINTS)[1:]
 
     def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -134,7 +132,7 @@ class Arc:
 
 
 def turned_and_shifted(T_start: FloatArray, poses: FloatArray) -> FloatArray:
-    """Where moves (K, 4, 4) lead from a pose: shifts and turns along base axes, p = p_start + d, R = R_move R_start."""
+    """Poses after moves (K, 4, 4) from a pose: shifts and turns (base axes): p = p_start + d, R = R_move R_start."""
     led = poses.copy()
     led[:, :3, 3] += T_start[:3, 3]
     led[:, :3, :3] = poses[:, :3, :3] @ T_start[:3, :3]

@@ -1,4 +1,4 @@
-"""A scenario as a JSON document, from which it is rebuilt exactly: what a record of a run holds of it."""
+"""A scenario as a JSON document in the record of a run, from which it is rebuilt exactly."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from stillreach.simulation.shapes import Waypoints
 from stillreach.task import Task, Weights
 
 FORMAT = 1
-"""Of the document; one of another format is refused."""
+"""Format of the document; others are rejected."""
 PYTHON = "python"
-"""Kind of what only Python can hold: a function. Its name stands in its place."""
+"""Kind of a Python function; the document has its name."""
 KINDS: dict[str, Any] = {kind.word: kind for kind in (*LAWS, *FAULTS, *MOTIONS, *NULL_MOTIONS)}
 """Every law, fault, motion and null motion that a document can hold."""
 PARTS = (Arm, Joint, Follower, Task, Weights, Fault)
-"""What else it is made of; their place says which they are."""
+"""Other classes of a document; their position identifies them."""
 
 
 class NotStored:
-    """Stands for a function of Python in a scenario that was read from a record.
+    """Placeholder for a Python function in a scenario read from a record.
 
     Args:
         name: of the function.
@@ -46,14 +46,13 @@ class NotStored:
         """Raises InputError."""
         raise InputError(
             "scenario",
-            f"one that was read from a record, which holds the name of the function {self.__qualname__!r} and not the "
-            "function",
+            f"a function read from a record, which contains its name {self.__qualname__!r} and not its code",
             "the function again, by dataclasses.replace(run.scenario, motion=...) or null_motion=...",
         )
 
 
 def check_whole(scenario: Scenario) -> None:
-    """InputError for a scenario with a function that its record could not hold."""
+    """Raises InputError for a scenario with a function that its record does not contain."""
     for value in (*scenario.schedule.motion, getattr(scenario.null_motion, "gradient", None)):
         if isinstance(value, NotStored):
             value()
@@ -63,7 +62,7 @@ def scenario_data(scenario: Scenario) -> dict[str, Any]:
     """A scenario in JSON's own types; an infinite number is ``{"float": "inf"}``.
 
     Raises:
-        InputError: a law, motion or null motion of a class that is not one of stillreach's.
+        InputError: if a law, motion or null motion is not of a class of stillreach.
     """
     values = {name: getattr(scenario, name) for name in inspect.signature(Scenario).parameters}
     if isinstance(scenario.null_motion, NullMotion):
@@ -80,7 +79,7 @@ def scenario_of(text: str) -> Scenario:
     """The scenario of a document.
 
     Raises:
-        InputError: the text is not a document of this format.
+        InputError: if the text is not a document of this format.
     """
     expected = "a scenario as run.save() writes it"
     try:
@@ -91,7 +90,7 @@ def scenario_of(text: str) -> Scenario:
         return _scenario(data)
     except (InputError, MemoryError):
         raise
-    except Exception as error:  # whatever a spoiled document makes of the constructors' arguments
+    except Exception as error:  # invalid arguments from a corrupt document
         raise InputError("scenario", f"{type(error).__name__}: {error}", expected) from None
 
 
@@ -119,11 +118,11 @@ def _data(value: Any) -> Any:
         return {"kind": value.word, **_settings(value)}
     if inspect.isroutine(value) or isinstance(value, NotStored):
         return {"kind": PYTHON, "name": value.__qualname__}
-    raise InputError("scenario", _door.describe(value), f"what a record can hold: {', '.join(KINDS)}, or a function")
+    raise InputError("scenario", _door.describe(value), f"one of {', '.join(KINDS)} or a function")
 
 
 def _settings(value: Any) -> dict[str, Any]:
-    """What the constructor of a value takes."""
+    """The constructor's arguments of a value."""
     kind = Arm if isinstance(value, Arm) else type(value)
     names = list(inspect.signature(kind).parameters)
     if isinstance(value, Waypoints) and value.times is not None:
@@ -136,7 +135,7 @@ def _with_infinity(table: dict[str, Any]) -> Any:
 
 
 def _scenario(data: dict[str, Any]) -> Scenario:
-    known: dict[str, Weights] = {}  # law and task may share theirs, and then they are one object
+    known: dict[str, Weights] = {}  # law and task may share their weights, and then they are one object
 
     def weighted(table: dict[str, Any]) -> dict[str, Any]:
         given = table.get("weights")

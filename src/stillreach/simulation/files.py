@@ -1,4 +1,4 @@
-"""Files of runs: netCDF files and NumPy archives hold the same."""
+"""Files of runs: netCDF files and NumPy archives with the same contents."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from stillreach.simulation.run import Run
 
 
 def write(run: Run, path: str | os.PathLike[str]) -> None:
-    """Write a run, in the format of the file's name."""
+    """Write a run, in the format given by the file's suffix."""
     (archive if file_name("path", path).endswith(archive.SUFFIX) else netcdf).write(run, path)
 
 
 def read(path: str | os.PathLike[str]) -> Run:
-    """The run that a file holds, whatever its name.
+    """Read a run from a file of any name.
 
     Raises:
-        InputError: the file is not a run.
-        FileNotFoundError: there is no such file.
+        InputError: if the file is not a run.
+        FileNotFoundError: if the file is missing.
     """
     name = file_name("path", path)
     stored = (archive if archive.is_archive(path) else netcdf).read(path)

@@ -1,4 +1,4 @@
-"""How near a run's rates come to their limits, and which limits its joints were at."""
+"""Rates of a run relative to their limits, and the limits that its joints reached."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ if TYPE_CHECKING:
     from stillreach.simulation.run import Run
 
 BOUNDS = ("rate", "position", "acceleration")
-"""What can limit a working joint."""
+"""The limits of a working joint, as in files and JSON."""
+BOUND_WORDS = {"rate": "velocity"}
+"""Words in text, where they differ."""
 
 
 def rate_shares(run: Run) -> FloatArray:
-    """(T, n) each rate as a fraction of its rate limit on that side, derated where the joint is; 0 without a limit."""
+    """(T, n) each rate as a fraction of its velocity limit in that direction, after derating; 0 without a limit."""
     lower, upper = run.scenario.controller().velocity_limits.T
     limit = np.where(run.rates < 0.0, -lower, upper) * _derating(run)
     share = np.zeros_like(run.rates)
@@ -26,9 +28,9 @@ def rate_shares(run: Run) -> FloatArray:
 
 
 def bound_reasons(run: Run) -> np.ndarray:
-    """(T, n) the limit that each joint is at: 0 none or a fault, else 1 + its place in BOUNDS.
+    """(T, n) the limit that each joint is at: 0 for none or a fault, else 1 + index in BOUNDS.
 
-    A derated joint at its reduced rate is at its rate limit, unless nothing is left of that.
+    A derated joint at its reduced rate is at its velocity limit, unless that is 0.
     """
     reason = np.abs(run.active)
     derated = (reason == Reason.FAULT) & (run.health == Health.DERATED) & (run.rates != 0.0)
@@ -36,7 +38,7 @@ def bound_reasons(run: Run) -> np.ndarray:
 
 
 def held_back(run: Run) -> dict[str, dict[str, float]]:
-    """[s] how long each joint that was at a limit was at which."""
+    """[s] time of each joint at each of its limits."""
     reasons = bound_reasons(run)
     found: dict[str, dict[str, float]] = {}
     for joint, name in enumerate(run.joint_names):
@@ -48,7 +50,7 @@ def held_back(run: Run) -> dict[str, dict[str, float]]:
 
 
 def _derating(run: Run) -> FloatArray:
-    """(T, n) what is left of each rate limit, 0 to 1."""
+    """(T, n) remaining fraction of each velocity limit, 0 to 1."""
     left = np.ones_like(run.rates)
     for tick, changes in sorted(run.scenario.schedule.changes.items()):
         for joint, kind in changes:

@@ -1,6 +1,6 @@
-"""What the tool is told to do over time: constant twists and courses one after the other, or a function of time.
+"""Motions: a sequence of constant twists and courses, or a function of time.
 
-A commanded twist is [v; w] along base axes (see ``stillreach.simulation.path`` for where it leads).
+A commanded twist is [v; w] along base axes (see ``stillreach.simulation.path`` for the resulting path).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from stillreach.simulation.pose_table import PoseTable
 from stillreach.simulation.shapes import Circle, Line, Waypoints
 
 TICK_TOLERANCE = 1e-9
-"""A moment this fraction of a period before a tick counts as that tick: 0.1 + 0.2 is later than 0.3."""
+"""Times this fraction of a period before a tick count as that tick: 0.1 + 0.2 > 0.3 in floating point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class ConstantTwist(Kind):
 
     Args:
         twist: (6,) [v; w] along base axes [m/s, rad/s].
-        duration: how long it is held [s]; None is to the end of the scenario.
+        duration: [s]; None: to the end of the scenario.
 
     Raises:
         InputError: if an argument is invalid.
@@ -45,7 +45,7 @@ class ConstantTwist(Kind):
             List(*[Number("length/s")] * 3, *[Number("angle/s")] * 3), "vx, vy, vz, wx, wy, wz, along base axes"
         )
     )
-    duration: float | None = field(metadata=key(TIME, "How long; to the end if absent (the last motion only)"))
+    duration: float | None = field(metadata=key(TIME, "Duration; to the end if absent (the last motion only)"))
 
     def __init__(self, twist: npt.ArrayLike, duration: float | None = None) -> None:
         object.__setattr__(self, "twist", _door.vector("twist", twist, 6, labels=_door.TWIST))
@@ -66,10 +66,10 @@ class ConstantTwist(Kind):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Wait(ConstantTwist):
-    """The tool stays where it is: a constant twist of zeros.
+    """The tool does not move: a constant twist of zeros.
 
     Args:
-        duration: how long [s].
+        duration: [s].
 
     Raises:
         InputError: if an argument is invalid.
@@ -82,10 +82,10 @@ class Wait(ConstantTwist):
 
 
 MOTIONS: tuple[type[ConstantTwist | Course], ...] = (ConstantTwist, Wait, Line, Circle, Waypoints, PoseTable)
-"""Every motion that is not a function of time."""
+"""All motions except functions of time."""
 
 Motion: TypeAlias = ConstantTwist | Course | Callable[[float], npt.ArrayLike]
-"""A part of a motion: a held twist, a course, or a function from the time since
+"""A part of a motion: a held twist, a course, or a function from time since
 the scenario's start [s] to a twist (6,)."""
 
 
@@ -97,7 +97,7 @@ def checked_motion(motion: Any) -> tuple[Motion, ...]:
             a function or a ConstantTwist without a duration.
 
     Raises:
-        InputError: it is something else, or a part follows one that never ends.
+        InputError: if the motion is invalid, or a part follows one without an end.
     """
     names = ", ".join(kind.__name__ for kind in MOTIONS)
     expected = f"a {names}, a function of time, or a list of these whose last part may be a function"
@@ -115,18 +115,18 @@ def checked_motion(motion: Any) -> tuple[Motion, ...]:
 
 
 def ends(motion: Sequence[Motion]) -> FloatArray:
-    """(parts,) [s] when each part ends; the last is infinite where it has no end."""
+    """(parts,) [s] end of each part; infinite for a last part without an end."""
     return np.cumsum([_length(part) for part in motion])
 
 
 def _length(part: Motion) -> float:
-    """How long a part lasts [s]."""
+    """Duration of a part [s]."""
     duration = part.duration if isinstance(part, ConstantTwist | Course) else None
     return np.inf if duration is None else float(duration)
 
 
 def commands(motion: Sequence[Motion], times: FloatArray, part: int) -> FloatArray:
-    """The commanded twists at some times that all lie in one part, which is no course.
+    """The commanded twists at times within one part, which must not be a course.
 
     Args:
         motion: the parts.
@@ -137,7 +137,7 @@ def commands(motion: Sequence[Motion], times: FloatArray, part: int) -> FloatArr
         (K, 6) [m/s, rad/s].
 
     Raises:
-        InputError: a function of time answered with something else than 6 finite numbers.
+        InputError: if a function of time did not return 6 finite numbers.
     """
     if part >= len(motion):
         return np.zeros((len(times), 6))
@@ -146,7 +146,7 @@ def commands(motion: Sequence[Motion], times: FloatArray, part: int) -> FloatArr
         raise TypeError("a course is planned, not sampled")
     if isinstance(item, ConstantTwist):
         return np.repeat(item.twist[None, :], len(times), axis=0)
-    # one number must not stand for six here
+    # one number is not accepted for six here
     rows = [
         _door.vector(f"motion({t:g})", _called(item, float(t)), 6, one_for_all=False, labels=_door.TWIST) for t in times
     ]
@@ -154,7 +154,7 @@ def commands(motion: Sequence[Motion], times: FloatArray, part: int) -> FloatArr
 
 
 def _called(function: Callable[[float], npt.ArrayLike], t: float) -> npt.ArrayLike:
-    """A user's function at a time; what it raises carries a note of where."""
+    """Calls a user's function at a time; its exceptions get a note with the time."""
     try:
         return function(t)
     except Exception as error:

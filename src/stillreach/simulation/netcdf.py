@@ -1,8 +1,7 @@
 """Runs as netCDF files and as xarray Datasets.
 
-The packages for it are an extra; they are imported here, inside the functions, and nowhere else. Files are written
-and read with h5netcdf alone, which starts in a tenth of the time that xarray takes; xarray opens them like any other
-netCDF file.
+The packages are an extra, imported only here, inside the functions. Files are written and read with h5netcdf alone,
+which starts ten times faster than xarray; xarray opens them like any other netCDF file.
 """
 
 from __future__ import annotations
@@ -35,20 +34,20 @@ LABELS = {
     "joint_unit": ("joint", "unit of the joint's value"),
     "component": ("component", "component of a twist"),
 }
-"""Axis and long name of each variable that holds texts."""
+"""Axis and long name of each text variable."""
 
 SCENARIO = "scenario"
-"""The variable that holds the scenario."""
+"""The variable with the scenario."""
 ABOUT_SCENARIO = {"long_name": "what was run, as JSON", "_Encoding": "utf-8"}
 
 EXPECTED = "a file that run.save() wrote"
 
 MOST_COMPRESSED = 1100
-"""Most bytes of an array for a byte in the file: no compression of HDF5 makes more; an array without data has more."""
+"""Largest ratio of array size to stored size: HDF5 compression stays below it; an array without data exceeds it."""
 
 
 def to_dataset(run: Run) -> xarray.Dataset:
-    """The run as a Dataset, as xarray reads it from a file."""
+    """The run as a Dataset, as read by xarray from a file."""
     h5netcdf = _h5netcdf("run.to_xarray()")
     try:
         import xarray
@@ -61,7 +60,7 @@ def to_dataset(run: Run) -> xarray.Dataset:
 
 
 def write(run: Run, path: str | os.PathLike[str]) -> None:
-    """Write a run to a new file that takes the old one's place only when it is complete."""
+    """Write a run to a new file, which replaces the old one only when complete."""
     h5netcdf = _h5netcdf("run.save()")
     scenario = scenario_text(run.scenario)
     with _interrupts_wait(), new_file(path) as target:
@@ -82,15 +81,15 @@ def _labels(run: Run) -> dict[str, str | int]:
 
 
 class _Sink:
-    """The file that HDF5 writes to. It never fails: HDF5 cannot give up a file that has no room, and ends the process.
+    """The file that HDF5 writes to. Writing never raises: HDF5 would end the process if the disk is full.
 
     Attributes:
-        error: what went wrong first; from then on the file is in memory.
+        error: the first error; after it the file is in memory.
     """
 
     def __init__(self, file: BinaryIO) -> None:
         self.error: BaseException | None = None
-        self._file: Any = file.raw  # type: ignore[attr-defined]  # nothing is left in a buffer that cannot be written
+        self._file: Any = file.raw  # type: ignore[attr-defined]  # unbuffered: no data remains after a failed write
 
     def write(self, data: memoryview) -> int:
         """Write at the current position."""
@@ -100,7 +99,7 @@ class _Sink:
         return len(data)
 
     def readinto(self, data: memoryview) -> int:
-        """Read back what was written."""
+        """Read written data back."""
         return self._done(lambda file: file.readinto(data))
 
     def read(self, size: int) -> bytes:
@@ -121,7 +120,7 @@ class _Sink:
         return self._done(lambda file: file.truncate(size))
 
     def flush(self) -> None:
-        """Nothing: the file is flushed when it is complete."""
+        """Does nothing: the file is flushed when complete."""
 
     def _done(self, action: Callable[[Any], int]) -> int:
         place = self._file.tell()
@@ -137,10 +136,10 @@ class _Sink:
 
 @contextmanager
 def _interrupts_wait() -> Iterator[None]:
-    """Ctrl-C counts once the file stands: HDF5 complains of a file that is broken off half written."""
+    """Delays Ctrl-C until the file is complete: HDF5 reports errors for an incomplete file."""
     handler = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or handler is None:
-        yield  # signals are the main thread's; a handler that is not Python's cannot be put back
+        yield  # only the main thread handles signals; a handler outside Python cannot be restored
         return
     came = []
     signal.signal(signal.SIGINT, lambda *_: came.append(True))
@@ -153,13 +152,13 @@ def _interrupts_wait() -> Iterator[None]:
 
 
 def read(path: str | os.PathLike[str]) -> Stored:
-    """What a file holds; sizes and types are checked before anything is read."""
+    """Read the contents of a file; sizes and types are checked before data is read."""
     _h5netcdf("Run.load()")
     import h5py
 
     name = file_name("path", path)
     if not Path(name).is_file():
-        raise FileNotFoundError(f"path: got {name!r}, expected {EXPECTED}; there is none")
+        raise FileNotFoundError(f"path: got {name!r}, expected {EXPECTED}; no such file")
     try:
         with h5py.File(name, "r") as file:
             return _values(file)
@@ -167,12 +166,12 @@ def read(path: str | os.PathLike[str]) -> Stored:
         raise InputError("path", f"{name!r} {error}", EXPECTED) from None
     except MemoryError:
         raise
-    except Exception as error:  # HDF5 has no error of its own for files that it cannot read
+    except Exception as error:  # HDF5 has no special error for unreadable files
         raise InputError("path", f"{name!r} ({type(error).__name__}: {error})", EXPECTED) from error
 
 
 class _NotARun(Exception):
-    """What is wrong with a file."""
+    """An error in the contents of a file."""
 
 
 def _values(file: Any) -> Stored:
@@ -194,14 +193,14 @@ def _values(file: Any) -> Stored:
 
 
 def _has(file: Any, name: str) -> bool:
-    """Whether the file has an array of that name itself, and not a link to one."""
+    """Whether the file contains the array itself, not a link to one."""
     import h5py
 
     return isinstance(file.get(name, getlink=True), h5py.HardLink) and isinstance(file[name], h5py.Dataset)
 
 
 def _checked(file: Any, name: str, shape: tuple[int, ...] | None, kind: str) -> Any:
-    """One variable, not yet read: an array of this shape (None: any vector) and kind, whole and in this file."""
+    """A variable, not yet read, after checks: this shape (None: any vector) and kind, complete and in this file."""
     import h5py
 
     array = file[name]
@@ -228,7 +227,7 @@ def _fill(file: Any, run: Run, scenario: str) -> None:
     import h5py
 
     sizes = {axis: size or len(run.joint_names) for axis, size in AXES.items()}
-    file.dimensions = {"time": len(run) or None, **sizes}  # a dimension of length 0 can only grow: None
+    file.dimensions = {"time": len(run) or None, **sizes}  # None: a dimension of length 0 must be unlimited
     texts = {"joint": run.joint_names, "joint_unit": run.joint_units, "component": TWIST_COMPONENTS}
     for name, (axis, long_name) in LABELS.items():
         text = file.create_variable(name, (axis,), h5py.string_dtype())
@@ -260,7 +259,7 @@ def _attributes(entry: Field, joint_units: tuple[str, ...]) -> dict[str, Any]:
 
 
 def _h5netcdf(purpose: str) -> Any:
-    """The h5netcdf module, if it and what it stands on are there."""
+    """The h5netcdf module, if it and its dependencies are installed."""
     try:
         import h5netcdf
         import h5py  # noqa: F401

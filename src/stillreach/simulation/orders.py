@@ -1,4 +1,4 @@
-"""What a controller gets in a chunk of ticks: twists, and the poses that they lead to."""
+"""Commands for a chunk of ticks: twists and target poses."""
 
 from __future__ import annotations
 
@@ -10,47 +10,47 @@ from stillreach.simulation.path import Stretch, held_between, led_to
 from stillreach.simulation.scenario import Scenario
 
 LEAST_SHARE = 1e-3
-"""A chord over at least this share of a step says where a tool that stands still is to go."""
+"""Smallest fraction of a step for the chord that gives the direction of a tool at rest."""
 
 
 def orders_of(scenario: Scenario) -> Orders:
-    """The orders of a scenario, by its clock."""
+    """The commands of a scenario, for its clock."""
     return ArmOrders(scenario) if scenario.clock == "arm" else Orders(scenario)
 
 
 class Orders:
-    """The orders of a scenario, chunk by chunk, from the first tick on.
+    """The commands of a scenario, by chunks, from the first tick on.
 
     Args:
-        scenario: whose motion and integrator.
+        scenario: with motion and integrator.
     """
 
     longest: float = np.inf
-    """Ticks in a chunk, at most."""
+    """Largest number of ticks in a chunk."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._plan = scenario.schedule
         self._period = scenario.period
         self.stages = 2 if scenario.integrator == "rk4" else 1
-        """Orders a step."""
+        """Commands for each step."""
         self._target = self._plan.T_start
 
     def chunk(self, first: int, end: int, *, last: bool) -> tuple[FloatArray, FloatArray]:
-        """The orders at the stages of the steps from tick ``first`` to tick ``end``.
+        """The commands at the stages of the steps from tick ``first`` to tick ``end``.
 
-        All are of one part of the motion: a part begins with a step, so that no step crosses the jump between two.
+        All belong to one part of the motion: parts begin with a step, so no step crosses the jump between two parts.
 
         Args:
-            first: tick of the first step; where the chunk before this one ended.
+            first: tick of the first step, the end of the previous chunk.
             end: tick that the last step leads to.
-            last: there is no step after this tick: its orders only.
+            last: no step follows this tick: return its commands only.
 
         Returns:
-            Twists (K, 6) and poses (K, 4, 4) where the tool should be; K is 1 for the last tick, one a step for
-            Euler's, and with the half steps and the end of the last step for Runge-Kutta.
+            Twists (K, 6) and target poses (K, 4, 4) of the tool; K is 1 for the last tick, one for each step for
+            Euler, and with the half steps and the end of the last step for Runge-Kutta.
         """
         part = self._plan.part(first)
-        # the ends of the steps belong to the path, whether or not they are asked for
+        # the path includes the ends of the steps, even if not requested
         stages = np.arange(self.stages * first, self.stages * end + 1, dtype=np.float64)
         count = 1 if last else len(stages) - (self.stages == 1)
         stretch = self._plan.stretches.get(part)
@@ -62,11 +62,11 @@ class Orders:
         return twists[:count], np.ascontiguousarray(poses[:count])
 
     def follow(self, tick: int, scale: float) -> float:
-        """After a chunk: the path time [s] of its last tick, which was answered with a scale."""
+        """Update after a chunk; returns the path time [s] of its last tick, whose scale is given."""
         return tick * self._period
 
     def _free(self, part: int, times: FloatArray, count: int, last: bool) -> tuple[FloatArray, FloatArray]:
-        """Orders of held twists and functions, which lead on from wherever the motion is."""
+        """Commands of constant twists and functions, from the current pose of the motion."""
         twists = commands(self._plan.motion, times[:count], part)
         if last:
             return twists, self._target[None]
@@ -75,27 +75,27 @@ class Orders:
         return twists, np.ascontiguousarray(poses[:count])
 
     def _along(self, stretch: Stretch, ticks: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Poses and twists of a course; with Euler steps the twist that leads to the next tick's pose is held."""
+        """Poses and twists of a course; Euler steps use the constant twist to the next tick's pose."""
         poses, twists = stretch.at(ticks)
         return poses, held_between(poses, self._period) if self.stages == 1 else twists
 
 
 class ArmOrders(Orders):
-    """The orders of a motion that waits for the arm: a tick takes it on by its scale times a tick."""
+    """The commands of a motion that waits for the arm: each tick advances it by scale times the period."""
 
     longest = 1
 
     def __init__(self, scenario: Scenario) -> None:
         super().__init__(scenario)
         self._now = 0.0
-        """Where the motion is, in ticks,"""
+        """Position in the motion, in ticks."""
         self._reach = 1.0
-        """how far the order of this tick leads, less than a tick at the end of a part,"""
+        """Length of this tick's command; below one tick at the end of a part."""
         self._share = 1.0
-        """and the scale of the last tick, as which the next is likely to be."""
+        """Scale of the last tick, the estimate for the next."""
 
     def chunk(self, first: int, end: int, *, last: bool) -> tuple[FloatArray, FloatArray]:
-        """The order of tick ``first``: the direction of what the arm is likely to do, at full speed."""
+        """The command of tick ``first``: the direction of the expected step, at full speed."""
         part, reach = self._plan.part(self._now), max(self._share, LEAST_SHARE)
         self._reach = min(1.0, self._end(part) - self._now)
         stretch = self._plan.stretches.get(part)
@@ -108,7 +108,7 @@ class ArmOrders(Orders):
         return twists, self._target[None].copy()
 
     def follow(self, tick: int, scale: float) -> float:
-        """The path time [s] of the tick that was answered; the motion goes on by what it did of its order."""
+        """Returns the path time [s] of the last tick; advances the motion by the executed part of its command."""
         part, before = self._plan.part(self._now), self._now
         self._share, self._now = scale, before + scale * self._reach
         if self._end(part) - self._now < TICK_TOLERANCE:

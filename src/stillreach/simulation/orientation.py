@@ -25,10 +25,10 @@ WAYS = {
 
 
 class Orientation(Table):
-    """An attitude, in exactly one of several ways; read as a matrix (3, 3)."""
+    """An attitude, in exactly one of several forms; read as a matrix (3, 3)."""
 
     def __init__(self) -> None:
-        super().__init__("Orientation", "An attitude, in exactly one of these ways.", WAYS, _matrix)
+        super().__init__("Orientation", "An attitude, in exactly one of these forms.", WAYS, _matrix)
 
     def taken(self, value: Any, place: Place, reading: Reading) -> Any:
         """As a rotation matrix."""
@@ -38,7 +38,7 @@ class Orientation(Table):
         return super().taken(value, place, reading)
 
     def definition(self, tables: Schema) -> Schema:
-        """With the number of keys."""
+        """The schema, with the number of keys."""
         return {**super().definition(tables), "minProperties": 1, "maxProperties": 1}
 
 

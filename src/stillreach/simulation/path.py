@@ -1,6 +1,6 @@
-"""Where commanded twists lead.
+"""Paths of commanded twists.
 
-Followed exactly from a pose (p, R) for a time t, a held twist [v; w] along base axes leads to (p + v t, exp(w t) R):
+Followed exactly from a pose (p, R) for a time t, a constant twist [v; w] in base axes leads to (p + v t, exp(w t) R):
 the point moves on a straight line while the attitude turns about a fixed axis.
 """
 
@@ -23,11 +23,11 @@ GAUSS = np.array([0.5 - np.sqrt(3.0) / 6.0, 0.5 + np.sqrt(3.0) / 6.0])
 
 @dataclass(frozen=True)
 class Stretch:
-    """A course in the ticks of a scenario: it begins and ends with a tick, stretched by less than a tick.
+    """A course in the ticks of a scenario: it begins and ends at ticks, stretched by less than a tick.
 
     Args:
-        plan: the course from where it begins.
-        goal: the argument of the course that says where it leads.
+        plan: the course from its start.
+        goal: the argument of the course that sets its goal.
         duration: its own [s].
         first, end: its first and last tick.
         period: time between ticks [s].
@@ -50,7 +50,7 @@ class Stretch:
 def stretches(
     motion: Sequence[Motion], starts: Sequence[int], period: float, T_start: FloatArray
 ) -> dict[int, Stretch]:
-    """The courses of a motion, each from the pose that the parts before it lead to.
+    """The courses of a motion, each from the final pose of the previous parts.
 
     Args:
         motion: the parts.
@@ -62,7 +62,7 @@ def stretches(
         By the index of the part.
 
     Raises:
-        InputError: a course is shorter than a tick, or cannot begin where the parts before it lead.
+        InputError: if a course is shorter than a tick, or cannot begin at the final pose of the previous parts.
     """
     found: dict[int, Stretch] = {}
     last_course = max((place for place, part in enumerate(motion) if isinstance(part, Course)), default=-1)
@@ -85,15 +85,15 @@ def stretches(
 
 
 def held_between(poses: FloatArray, period: float) -> FloatArray:
-    """The twists (K, 6) that, each held for a period, lead from pose to pose of (K + 1, 4, 4)."""
+    """The twists (K, 6) that lead, each in one period, from pose to pose of (K + 1, 4, 4)."""
     turns = poses[1:, :3, :3] @ np.swapaxes(poses[:-1, :3, :3], 1, 2)
     return np.hstack([np.diff(poses[:, :3, 3], axis=0), log(turns)]) / period
 
 
 def led_to(T_start: FloatArray, motion: Sequence[Motion], part: int, times: FloatArray) -> FloatArray:
-    """The poses at some times (K,) [s] within one part of a motion, from the pose at the first of them, (K, 4, 4) [m].
+    """Poses (K, 4, 4) [m] at times (K,) [s] within one part of a motion, from the pose at the first time.
 
-    A held twist is followed exactly, a function of time to fourth order in the differences of the times (Magnus
+    A constant twist is followed exactly, a function of time to fourth order in the differences of the times (Magnus
     expansion).
     """
     if part >= len(motion) or isinstance(motion[part], ConstantTwist):
@@ -107,7 +107,7 @@ def led_to(T_start: FloatArray, motion: Sequence[Motion], part: int, times: Floa
 
 
 def _held(T_start: FloatArray, twist: FloatArray, times: FloatArray) -> FloatArray:
-    """The poses (K, 4, 4) to which a held twist leads from T_start in some times (K,) [s]."""
+    """The poses (K, 4, 4) of a constant twist from T_start after times (K,) [s]."""
     moves = times[:, None] * twist
     poses = np.tile(T_start, (len(times), 1, 1))
     poses[:, :3, 3] += moves[:, :3]

@@ -1,4 +1,4 @@
-"""What a scenario can hardly mean: a start outside the position limits, a goal that the arm cannot reach."""
+"""Checks for likely mistakes: a start outside the position limits, an unreachable goal."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from stillreach.simulation.scenario import Scenario
     from stillreach.task import Task
 
-ADVICE = "numbers are in rad and m, or in the [units] of a scenario file; allow_outside = true takes it as it is"
+ADVICE = "numbers are in rad and m, or in the [units] of a scenario file; allow_outside = true accepts it"
 ROUNDING = 1e-9
 
 
@@ -27,7 +27,7 @@ def start_outside(scenario: Scenario) -> list[InputError]:
 def goals_beyond_reach(scenario: Scenario) -> list[InputError]:
     """An error for each course that leads farther from the base than the arm reaches.
 
-    A course names places. A twist names a velocity, and may lead anywhere.
+    Only courses name positions. A twist may lead anywhere.
     """
     assert scenario.task is not None
     rows = _seen(scenario.task)
@@ -41,13 +41,13 @@ def goals_beyond_reach(scenario: Scenario) -> list[InputError]:
         if far > reach * (1.0 + ROUNDING):
             along = "" if len(rows) == 3 else f" along {', '.join('xyz'[row] for row in rows)}"
             got = f"a point {far:.4g} m from the base{along}"
-            expected = f"at most {reach:.4g} m, as far as the arm reaches; {ADVICE}"
+            expected = f"at most {reach:.4g} m, the arm's reach; {ADVICE}"
             found.append(InputError(f"motion[{place}].{stretch.goal}", got, expected))
     return found
 
 
 def _seen(task: Task) -> list[int]:
-    """Axes of the base along which the task asks for a position; none where they turn with the tool."""
+    """Axes of the base along which the task asks for a position; none if they turn with the tool."""
     rows = [row for row in task.indices if row < 3]
     return [] if task.frame == "tool" and len(rows) < 3 else rows
 
@@ -59,7 +59,7 @@ def _limits(scenario: Scenario) -> FloatArray:
 
 
 def _reach(scenario: Scenario) -> float:
-    """How far from the base the task's point can ever be [m]; a slide that starts outside its limits may stay there."""
+    """Largest distance of the task's point from the base [m]; a slide may stay where it starts outside its limits."""
     lower, upper = _limits(scenario).T
     widened = np.column_stack([np.minimum(lower, scenario.start), np.maximum(upper, scenario.start)])
     task = scenario.task

@@ -25,7 +25,7 @@ from stillreach.simulation.shapes import rising, set_fields
 from stillreach.simulation.table import read_table
 
 JUMP = 1e-3
-"""[m, rad] how far a table's first pose may be from where the tool is at that time."""
+"""[m, rad] largest distance of a table's first pose from the tool's pose at that time."""
 
 POSITION = ("x", "y", "z")
 ATTITUDES = {"quaternion": ("qw", "qx", "qy", "qz"), "rpy": ("roll", "pitch", "yaw"), "vector": ("rx", "ry", "rz")}
@@ -37,11 +37,11 @@ class PoseTable(Course):
     """Poses at given times; between them the point moves on straight lines, the attitude by the shortest turn.
 
     Args:
-        times: (K,) [s] since the beginning, rising, the first at least 0. Where it is above 0 the course leads to the
-            first pose from wherever the tool is; a table from 0 on begins where the tool is.
+        times: (K,) [s] since the beginning, rising, the first at least 0. If it is above 0, the course leads
+            from the tool's pose to the first pose; a table from time 0 must begin at the tool's pose.
         points: (K, 3) [m] in the base frame.
         orientations: (K, 3, 3) rotation matrices; None keeps the attitude.
-        relative: points are shifts and orientations are turns from the pose at the beginning, along base axes.
+        relative: points are shifts and orientations are turns from the pose at the start, along base axes.
 
     Raises:
         InputError: if an argument is invalid.
@@ -66,7 +66,7 @@ class PoseTable(Course):
         places = _door.matrix("points", points, (None, 3))
         moments = rising("times", times, len(places))
         if len(moments) == 0 or moments[0] < 0.0 or moments[-1] <= 0.0:
-            span = f"{moments[0]:g} to {moments[-1]:g} s" if len(moments) else "no row"
+            span = f"{moments[0]:g} to {moments[-1]:g} s" if len(moments) else "no rows"
             raise InputError("times", span, "times from 0 on that end above 0")
         turns = None if orientations is None else _rotations(orientations, len(places))
         set_fields(
@@ -77,7 +77,7 @@ class PoseTable(Course):
     def from_csv(
         cls, path: str | os.PathLike[str], *, relative: bool = False, length: float = 1.0, angle: float = 1.0
     ) -> Self:
-        """Read a table whose first line names its columns: time [s], x, y, z, and an attitude or none.
+        """Read a table with column names in the first line: time [s], x, y, z, and optionally an attitude.
 
         An attitude is a quaternion (qw, qx, qy, qz), roll, pitch, yaw as URDF has them, or a rotation vector
         (rx, ry, rz). The first line also defines the separator: commas, semicolons, tabs, bars or spaces.
@@ -90,7 +90,7 @@ class PoseTable(Course):
             angle: [rad] unit of its angles.
 
         Raises:
-            InputError: the file is missing or not such a table; the message names the line.
+            InputError: if the file is missing or not such a table; the message names the line.
         """
         columns, rows = read_table(Path(path), _wanted, COLUMNS)
         place = {name: k for k, name in enumerate(columns)}
@@ -108,14 +108,14 @@ class PoseTable(Course):
 
     @classmethod
     def keys(cls) -> dict[str, Key]:
-        """Of a table in a file of its own."""
+        """Settings of a table in a CSV file."""
         relative = RELATIVE_KEY["key"]
         file = Key(Text(), f"A CSV file with columns {COLUMNS}, {WHERE}")
         return {"file": file, "relative": Key(relative.form, relative.text, False)}
 
     @classmethod
     def read(cls, values: dict[str, Any], reading: Reading) -> Self:
-        """From that file."""
+        """Read from that file."""
         try:
             path = file_at(values.pop("file"), reading.folder)
             return cls.from_csv(path, **values, length=reading.length, angle=reading.angle)
@@ -127,7 +127,7 @@ class PoseTable(Course):
         """The legs from a pose (4, 4) [m].
 
         Raises:
-            InputError: the table begins at time 0 at another pose.
+            InputError: if the table begins at time 0 at another pose.
         """
         moves = np.tile(np.eye(4), (len(self.points), 1, 1))
         moves[:, :3, 3] = self.points
@@ -143,14 +143,14 @@ class PoseTable(Course):
         if max(shift, turn) > JUMP:
             raise InputError(
                 "times",
-                f"a first pose at time 0 that is {shift:.3g} m and {turn:.3g} rad from where the tool is",
+                f"a first pose at time 0 that is {shift:.3g} m and {turn:.3g} rad from the tool's pose",
                 "the tool's pose, a later time to reach the first pose, or relative=True",
             )
         return Legs(self.times, poses, "constant", RAMP)
 
 
 def _rotations(value: npt.ArrayLike, count: int) -> FloatArray:
-    """(count, 3, 3) rotation matrices; InputError otherwise."""
+    """(count, 3, 3) rotation matrices; raises InputError otherwise."""
     R = np.asarray(value)
     if R.shape != (count, 3, 3):
         raise InputError("orientations", _door.describe(value), f"rotation matrices ({count}, 3, 3)")
@@ -163,11 +163,11 @@ def _rotations(value: npt.ArrayLike, count: int) -> FloatArray:
 
 
 def _attitude(columns: list[str]) -> str | None:
-    """The kind of attitude that columns give."""
+    """The attitude columns that are present."""
     return next((kind for kind, names in ATTITUDES.items() if names[0] in columns), None)
 
 
 def _wanted(columns: list[str]) -> set[str]:
-    """The columns that a table with some of them must have."""
+    """The required columns of a table, given its columns."""
     attitude = _attitude(columns)
     return {"time", *POSITION, *(ATTITUDES[attitude] if attitude else ())}

@@ -1,4 +1,4 @@
-"""How fast a course is run: the fraction of the way over the fraction of the time."""
+"""Speed profiles: the fraction of the path over the fraction of the time."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ RAMP = 0.25
 
 
 def checked_profile(profile: str, ramp: float) -> tuple[str, float]:
-    """A profile and its ramp; InputError for any other."""
+    """A valid profile and ramp; raises InputError otherwise."""
     number = _door.scalar("ramp", ramp)
     if not 0.0 < number <= 0.5:
         raise InputError("ramp", f"{number:g}", "a fraction of the time above 0, at most 0.5")
@@ -21,9 +21,9 @@ def checked_profile(profile: str, ramp: float) -> tuple[str, float]:
 
 
 def progress(profile: str, ramp: float, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Fraction of the way, and its slope, at fractions of the time.
+    """Fraction of the path, and its slope, at fractions of the time.
 
-    ``constant``: as much way as time. ``trapezoidal``: speeds up evenly during the first ``ramp``, slows down during
+    ``constant``: constant speed. ``trapezoidal``: constant acceleration during the first ``ramp``, deceleration during
     the last. ``minimum-jerk``: 10 u³ - 15 u⁴ + 6 u⁵, the quintic that starts and ends at rest without acceleration
     (Flash and Hogan, 1985).
 

@@ -1,4 +1,4 @@
-"""A progress bar that appears only when it is needed."""
+"""A progress bar for long computations."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ PATIENCE = 1.0
 
 
 class Progress:
-    """Shows a bar on standard error while something long is under way.
+    """Shows a bar on standard error during a long computation.
 
     Args:
         label: text before the bar.
-        total: what ``update`` counts up to.
-        show: True from the beginning, False never, None on a terminal after a second.
+        total: the final count.
+        show: True: from the start; False: never; None: on a terminal after a second.
     """
 
     def __init__(self, label: str, total: int, show: bool | None) -> None:
@@ -41,7 +41,7 @@ class Progress:
             self._bar.stop()
 
     def update(self, done: int) -> None:
-        """So much is done."""
+        """Updates the count."""
         if not self._wanted or time.monotonic() < self._from:
             return
         if self._bar is None:
@@ -67,5 +67,5 @@ class Progress:
 
 
 def _there() -> bool:
-    """Whether there is a standard error: a service has none, and a program may have closed it."""
+    """Whether standard error exists: it is missing in a service, and a program may close it."""
     return sys.stderr is not None and not sys.stderr.closed

@@ -1,4 +1,4 @@
-"""What a run records: name, axes, type, unit and meaning of each of its arrays, in one table."""
+"""The arrays of a run: name, axes, type, unit and meaning of each of its arrays, in one table."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ class Field:
     """One array of a run, (T, ...) with T the number of ticks.
 
     Args:
-        units: unit in the words of UDUNITS; ``"joint"`` and ``"joint/s"`` stand for the joints' own.
-        long_name: what it is, for axes of plots and readers of the file.
+        units: unit in UDUNITS notation; ``"joint"`` and ``"joint/s"`` are the units of each joint.
+        long_name: description, for plots and files.
         axes: its axes after time.
         dtype: type of its entries.
-        codes: least and largest of its codes; None for measured quantities.
-        meanings: meaning of each code, where codes are no sums of flags.
+        codes: smallest and largest code; None for measured quantities.
+        meanings: meaning of each code, unless codes are sums of flags.
         name: attribute of the run and variable of the file.
     """
 
@@ -60,7 +60,7 @@ class Field:
         return (ticks, *(AXES[axis] or joints for axis in self.axes))
 
     def checked(self, value: Any, ticks: int, joints: int) -> npt.NDArray[Any]:
-        """A read-only copy; InputError for another shape, for unknown codes or where the type would change numbers."""
+        """A read-only copy; raises InputError if shape or codes are invalid or the type would change numbers."""
         expected = f"numbers of type {np.dtype(self.dtype)}" + (
             "" if self.codes is None else f" from {self.codes[0]} to {self.codes[1]}"
         )
@@ -89,7 +89,7 @@ Codes: TypeAlias = npt.NDArray[np.int8]
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Record:
-    """What happened, tick by tick. All arrays are read-only; T is the number of ticks, n of joints.
+    """The record of a run by tick. All arrays are read-only; T is the number of ticks, n of joints.
 
     Attributes:
         time: (T,) [s].
@@ -98,12 +98,12 @@ class Record:
         q: (T, n) joint values at the tick [rad] or [m].
         rates: (T, n) rates commanded at the tick [rad/s] or [m/s].
         pose: (T, 4, 4) pose of the tool (with the task's tool) in the base frame [m].
-        target: (T, 4, 4) pose that the motion has led to at the tick: where the tool should be [m].
-        command: (T, 6) twist [v; w] asked of the law, feedback included [m/s, rad/s].
-        residual: (T, 6) that twist minus the one that the rates make [m/s, rad/s].
+        target: (T, 4, 4) commanded pose of the tool at the tick [m].
+        command: (T, 6) twist [v; w] given to the law, including feedback [m/s, rad/s].
+        residual: (T, 6) that twist minus the twist of the rates [m/s, rad/s].
         task_error: (T,) weighted norm of the residual.
         damping: (T,) damping factor, in units of the weighted J Jᵀ.
-        scale: (T,) fraction of the commanded twist that was asked for.
+        scale: (T,) fraction of the commanded twist that was the law's goal.
         status: (T,) bits of Status.
         lower, upper: (T, n) bounds of the rates [rad/s] or [m/s].
         health: (T, n) Health of each joint.
@@ -111,16 +111,16 @@ class Record:
     """
 
     time: Annotated[Floats, Field("s", "time since the start")]
-    path_time: Annotated[Floats, Field("s", "time along the motion that the tick was told")]
+    path_time: Annotated[Floats, Field("s", "time along the motion of the tick's command")]
     q: Annotated[Floats, Field("joint", "joint values", JOINT)]
     rates: Annotated[Floats, Field(RATE, "commanded joint rates", JOINT)]
     pose: Annotated[Floats, Field(POSE_UNIT, "pose of the tool in the base frame", POSE)]
-    target: Annotated[Floats, Field(POSE_UNIT, "pose that the motion has led to, in the base frame", POSE)]
-    command: Annotated[Floats, Field(TWIST_UNIT, "twist asked of the law, feedback included", TWIST)]
-    residual: Annotated[Floats, Field(TWIST_UNIT, "twist asked of the law minus that of the rates", TWIST)]
+    target: Annotated[Floats, Field(POSE_UNIT, "commanded pose of the tool, in the base frame", POSE)]
+    command: Annotated[Floats, Field(TWIST_UNIT, "twist given to the law, including feedback", TWIST)]
+    residual: Annotated[Floats, Field(TWIST_UNIT, "twist given to the law minus that of the rates", TWIST)]
     task_error: Annotated[Floats, Field("1", "weighted norm of the residual")]
     damping: Annotated[Floats, Field("1", "damping factor, in units of the weighted J J'")]
-    scale: Annotated[Floats, Field("1", "fraction of the commanded twist that was asked for")]
+    scale: Annotated[Floats, Field("1", "fraction of the commanded twist that was the goal")]
     status: Annotated[
         npt.NDArray[np.int32], Field("1", "bits of stillreach.Status", dtype=np.int32, codes=(0, LAST_STATUS))
     ]
@@ -153,7 +153,7 @@ FIELDS = tuple(
 
 
 class Stored(NamedTuple):
-    """What a file holds of a run: arrays, names and units of the joints, the scenario as text."""
+    """The contents of a run's file: arrays, names and units of the joints, the scenario as text."""
 
     arrays: dict[str, npt.NDArray[Any]]
     joint: tuple[str, ...]
@@ -163,10 +163,10 @@ class Stored(NamedTuple):
 
 
 def empty_record(ticks: int, joints: int) -> dict[str, npt.NDArray[Any]]:
-    """Arrays for so many ticks, by name, not yet filled."""
+    """Uninitialised arrays for a number of ticks, by name."""
     return {entry.name: np.empty(entry.shape(ticks, joints), dtype=entry.dtype) for entry in FIELDS}
 
 
 def row_bytes(joints: int) -> int:
-    """Memory of a tick."""
+    """Memory for each tick [bytes]."""
     return sum(int(np.prod(entry.shape(1, joints))) * np.dtype(entry.dtype).itemsize for entry in FIELDS)

@@ -1,4 +1,4 @@
-"""A run: a scenario and the record of what happened in it, by name and tick."""
+"""A run: a scenario and its record, by name and tick."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Run(Record):
-    """What ``simulate`` returns: a scenario, and what happened in it.
+    """The result of ``simulate``: a scenario and its record.
 
     Its arrays by tick are those of ``Record``: time, q, rates, pose, target, command, residual, task_error, damping,
     scale, status, lower, upper, health, active and path_time.
 
     Attributes:
-        scenario: what was run.
-        interrupted: Ctrl-C ended it early.
+        scenario: the simulated scenario.
+        interrupted: whether Ctrl-C ended it early.
 
     Raises:
-        InputError: an array of another type, or of another shape than the others imply; a code without a meaning.
+        InputError: if an array has an invalid type, shape or code.
     """
 
     scenario: Scenario
@@ -60,29 +60,29 @@ class Run(Record):
         return self.scenario.task
 
     def summary(self, *, allowed_distance: float | None = None, allowed_angle: float | None = None) -> Summary:
-        """The run in a few numbers, and ``str()`` of it in words: did the tool arrive, and if not, why.
+        """The main numbers of a run; ``str()`` of it says whether the tool arrived and, if not, why.
 
         Args:
-            allowed_distance: [m] distance from the goal at which the tool has arrived; None: 1 % of the way, at least
-                1 mm.
-            allowed_angle: [rad] likewise; None: 1 % of the turn, at least 1 deg.
+            allowed_distance: [m] largest distance from the goal that counts as arrived; None: 1 % of the path, at
+                least 1 mm.
+            allowed_angle: [rad] the same for the angle; None: 1 % of the turn, at least 1 deg.
 
         Raises:
-            InputError: the run has no tick.
+            InputError: if the run has no ticks.
         """
         if not len(self):
-            raise InputError("run", "no tick", "a run of at least one tick")
+            raise InputError("run", "no ticks", "a run with at least one tick")
         return summary(self, allowed_distance=allowed_distance, allowed_angle=allowed_angle)
 
     def plot(self, found: Summary | None = None) -> Figure:
-        """A picture: the arm and the path of its tool, and over time how far off it was and what its joints did.
+        """A figure: arm and path of the tool; deviation, rates and joints over time.
 
         Args:
-            found: a summary of the run, whose verdict is written on it; None makes one.
+            found: a summary of the run, for the title; None: computed.
 
         Raises:
-            InputError: the run has no tick.
-            MissingExtraError: matplotlib is not installed (extra ``plot``).
+            InputError: if the run has no ticks.
+            MissingExtraError: if matplotlib is not installed (extra ``plot``).
         """
         from stillreach.show.outcome import outcome
 
@@ -92,26 +92,26 @@ class Run(Record):
         """The run as an xarray Dataset with named axes, units and long names (extra ``netcdf``).
 
         Raises:
-            MissingExtraError: xarray is not installed.
+            MissingExtraError: if xarray is not installed.
         """
         from stillreach.simulation.netcdf import to_dataset
 
         return to_dataset(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the run to a netCDF file (extra ``netcdf``), or to a NumPy archive where the name ends with ``.npz``.
+        """Write the run to a netCDF file (extra ``netcdf``), or to a NumPy archive if the name ends with ``.npz``.
 
-        A file of that name is replaced whole or not at all, and keeps its permissions. Of a function in the scenario
-        the file holds the name.
+        An existing file is replaced only when the new one is complete, and keeps its permissions. The file has only the
+        name of a function in the scenario.
 
         Args:
             path: the file, e.g. ``"run.nc"``; its folder must exist.
 
         Raises:
-            MissingExtraError: h5netcdf or h5py is not installed.
-            InputError: the path is not a file's name, or a pipe, socket or device; the scenario has a law, motion or
-                null motion of a class that is not one of stillreach's.
-            OSError: the file cannot be written.
+            MissingExtraError: if h5netcdf or h5py is not installed.
+            InputError: if the path is not a file name, or is a pipe, socket or device; or if the scenario has a law,
+                motion or null motion of a class outside stillreach.
+            OSError: if the file cannot be written.
         """
         from stillreach.simulation.files import write
 
@@ -121,17 +121,17 @@ class Run(Record):
     def load(cls, path: str | os.PathLike[str]) -> Run:
         """Read a run from a file that ``save`` wrote: netCDF (extra ``netcdf``) or a NumPy archive.
 
-        The run is the one that was saved, with its scenario. Where that had a function, as its motion or as a gradient,
-        simulating it again raises InputError; summary and picture are the same (for a function as motion with
-        ``clock="arm"`` they raise InputError, too).
+        The run equals the saved one, including its scenario. If that had a function as motion or gradient, a new
+        simulation raises InputError. Summary and figure are the same, but raise InputError for a function as motion
+        with ``clock="arm"``.
 
         Args:
             path: the file.
 
         Raises:
-            MissingExtraError: h5netcdf or h5py is not installed.
-            InputError: the file is not a run.
-            FileNotFoundError: there is no such file.
+            MissingExtraError: if h5netcdf or h5py is not installed.
+            InputError: if the file is not a run.
+            FileNotFoundError: if the file is missing.
         """
         from stillreach.simulation.files import read
 
@@ -148,5 +148,5 @@ class Run(Record):
 
 
 def _rebuilt(values: dict[str, Any]) -> Run:
-    """Unpickle through the constructor: pickled arrays forget that they are read-only."""
+    """Unpickle through the constructor: unpickled arrays are writable."""
     return Run(**values)

@@ -1,4 +1,4 @@
-"""A simulation as a value: which arm starts where, what it is told, what breaks and when."""
+"""Scenario: arm, start, motion and faults of a simulation."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ INTEGRATORS = ("euler", "rk4")
 LOOPS = ("open", "closed")
 CLOCKS = ("time", "arm")
 LARGEST_RECORD = 2**33
-"""[bytes] of a run; a duration or period mistyped by a few orders of magnitude is refused, not begun."""
+"""[bytes] of a run: a duration or period that is wrong by orders of magnitude is rejected before the start."""
 CONTROLLER_SETTINGS = (
     "law",
     "task",
@@ -43,14 +43,14 @@ CONTROLLER_SETTINGS = (
     "return_rate",
     "transition_rate",
 )
-"""What a scenario hands to its controller as it is."""
+"""Arguments passed unchanged to the controller."""
 
 
 @dataclass(frozen=True, eq=False)
 class Scenario:
-    """What ``simulate`` runs. Immutable; ``dataclasses.replace`` makes variants.
+    """The input of ``simulate``. Immutable; ``dataclasses.replace`` makes variants.
 
-    Attributes hold what was checked: parts of the motion and faults as tuples, limits as arrays for each joint.
+    Attributes hold checked values: parts of the motion and faults as tuples, limits as arrays for each joint.
 
     Args:
         arm: the arm.
@@ -58,35 +58,35 @@ class Scenario:
         motion: one part or a list of them, one after the other: ConstantTwist, Line, Circle, Waypoints or PoseTable;
             the last may be a function of time or a ConstantTwist without a duration. After the last part the commanded
             twist is zero.
-        faults: what fails when. A fault begins and ends at the first tick that is not before its time; of two on one
-            joint the one that began last holds.
-        law: how the rates are found; LeastError() where None.
-        task: what is asked of the tool; the full pose where None.
+        faults: the faults. A fault begins and ends at the first tick at or after its time. Of two on one joint, the
+            later one holds.
+        law: the law; None: LeastError().
+        task: the task; None: the full pose.
         period: time between ticks [s].
-        duration: how long [s]; the last tick is the last one not after it. None is the motion's own.
-        integrator: ``"euler"`` (the rates of a tick are held until the next one, as a robot's drives do) or ``"rk4"``
-            (classical fourth-order Runge-Kutta: the law is asked at half steps, too).
-        velocity_limits: (n,) or one for all [rad/s] or [m/s], inf for none; None takes the arm's own.
-        position_limits: (n, 2) or one pair for all [rad] or [m]; None takes the arm's own.
-        acceleration_limits: (n,) or one for all [rad/s²] or [m/s²], inf for none; None takes the arm's own.
-        null_motion: what is done with the freedom that the task leaves, as for Controller; None is nothing.
-        loop: ``"open"`` (the commanded twist alone) or ``"closed"`` (feedback on the pose that the commanded motion has
-            led to, as ``Controller.track``, with the command as its feedforward).
-        clock: ``"time"``, or ``"arm"``: the motion waits for the arm. Each tick takes its time on by the tick's
-            ``scale`` times the period, so that under KeepDirection the tool slows down and is not left behind.
-            Needs a duration, within which the motion may or may not end, and Euler steps.
+        duration: [s]; the last tick is at or before it. None: that of the motion.
+        integrator: ``"euler"`` (the rates of a tick are held until the next one, as by a robot's drives) or ``"rk4"``
+            (classical fourth-order Runge-Kutta: the law also runs at half steps).
+        velocity_limits: (n,) or one for all [rad/s] or [m/s], inf for no limit; None: the arm's own.
+        position_limits: (n, 2) or one pair for all [rad] or [m]; None: the arm's own.
+        acceleration_limits: (n,) or one for all [rad/s²] or [m/s²], inf for no limit; None: the arm's own.
+        null_motion: use of the freedom that the task leaves, as for Controller; None: none.
+        loop: ``"open"`` (the commanded twist alone) or ``"closed"`` (feedback on the commanded pose, as
+            ``Controller.track``, with the command as feedforward).
+        clock: ``"time"``, or ``"arm"``: the motion waits for the arm. Each tick advances its time by ``scale``
+            times the period, so that under KeepDirection the tool slows down and does not fall behind. Requires Euler
+            steps and a duration, within which the motion may or may not end.
         track_gain: [1/s] of that feedback.
         track_limits: largest correction (linear [m/s], angular [rad/s]), as for Controller; inf: no bound.
-        return_rate: [rad/s, m/s] at which joints outside their position limits are asked back, as for Controller.
-        transition_rate: [1/s] how fast the null motion takes over again after a fault, as for Controller; 0: at once.
-        allow_outside: whether the start may be outside the position limits, and courses may lead farther than the arm
-            reaches. The usual cause of both is degrees or millimetres where radians and metres are meant.
-        name: what plots and files call it.
-        description: what it shows, for readers; `stillreach run` prints its first paragraph.
+        return_rate: [rad/s, m/s] at which joints outside their position limits return, as for Controller.
+        transition_rate: [1/s] at which the null motion fades in after a fault, as for Controller; 0: at once.
+        allow_outside: whether the start may be outside the position limits, and courses may exceed the arm's reach. The
+            usual cause of both is degrees or millimetres instead of radians and metres.
+        name: its name in plots and files.
+        description: for readers; `stillreach run` prints its first paragraph.
 
     Raises:
         InputError: if an argument is invalid.
-        UnknownJointError: a fault names a joint that the arm does not have.
+        UnknownJointError: if a fault names an unknown joint.
     """
 
     _: KW_ONLY
@@ -137,7 +137,7 @@ class Scenario:
         for name, value in checked.items():
             object.__setattr__(self, name, value)
         self._refuse_too_long()
-        # what cannot be used is refused here and not in the middle of a program
+        # invalid arguments raise here, not in the middle of a simulation
         self._keep_checked(self.controller())
         _ = self.schedule
         if not self.allow_outside:
@@ -152,17 +152,17 @@ class Scenario:
             path: the file, or the name of a ready scenario (``stillreach.scenario_names()``).
 
         Raises:
-            ScenarioFileError: there is no such file, or something is wrong with it: ``mistakes`` holds everything.
+            ScenarioFileError: if the file is missing or invalid; ``mistakes`` lists all mistakes.
         """
         from stillreach.simulation.scenario_file import load
 
         return load(path)
 
     def controller(self) -> Controller:
-        """A new controller as the scenario describes it, nothing failed yet.
+        """A new controller with the scenario's settings, without faults.
 
         Raises:
-            InputError: one of its settings is not what it should be.
+            InputError: if a setting is invalid.
         """
         settings = {name: getattr(self, name) for name in CONTROLLER_SETTINGS}
         return Controller(self.arm, track_gain=self.track_gain, **settings)
@@ -174,7 +174,7 @@ class Scenario:
 
     @property
     def title(self) -> str:
-        """Its name, or else its arm and law."""
+        """The name, or else arm and law."""
         return self.name or f"{self.arm.name} under {type(self.law).__name__}"
 
     def task_pose(self, q: FloatArray) -> FloatArray:
@@ -184,13 +184,13 @@ class Scenario:
 
     @property
     def steps(self) -> int:
-        """Number of steps; a run of it has one tick more."""
+        """Number of steps; a run has one tick more."""
         assert self.duration is not None
         ticks = self.duration / self.period
         return int(np.floor(ticks + _slack(ticks)))
 
     def tick_at(self, time: float) -> int:
-        """The first tick that is not before a time [s]; infinite times are after every tick."""
+        """The first tick at or after a time [s]; infinite times are after all ticks."""
         with np.errstate(over="ignore"):
             ticks = float(np.divide(time, self.period))
         if np.isinf(ticks):
@@ -198,7 +198,7 @@ class Scenario:
         return max(0, int(np.ceil(ticks - _slack(ticks))))
 
     def _keep_checked(self, controller: Controller) -> None:
-        """Limits and null motion as a controller has checked them: nobody else can change them."""
+        """Limits and null motion as checked by a controller, as read-only copies."""
         limits = {name: getattr(controller, name) for name in CONSTRUCTOR.values() if getattr(self, name) is not None}
         settings = {
             "null_motion": checked_null_motion(self.null_motion, self.arm.labels),
@@ -244,14 +244,14 @@ class Scenario:
             return _door.positive("duration", self.duration)
         if self.clock == "arm":
             raise InputError(
-                "duration", "None", "a time above 0: with clock='arm' the motion takes as long as the arm needs"
+                "duration", "None", "a time above 0: with clock='arm' the arm determines how long the motion takes"
             )
         last = ends(checked_motion(self.motion))
         if len(last) == 0 or np.isinf(last[-1]):
-            raise InputError("duration", "None", "a time above 0: this motion has no end of its own")
+            raise InputError("duration", "None", "a time above 0: this motion has no end")
         return float(last[-1])
 
 
 def _slack(ticks: float) -> float:
-    """How far rounding may put a time, in ticks, from the tick that was meant."""
+    """Largest rounding error of a time, in ticks."""
     return float(TICK_TOLERANCE + 4 * np.finfo(float).eps * ticks)

@@ -1,4 +1,4 @@
-"""A scenario in ticks: when each part of its motion is commanded, and when faults begin and end."""
+"""A scenario in ticks: start of each part of its motion, start and end of faults."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ if TYPE_CHECKING:
     from stillreach.simulation.scenario import Scenario
 
 Change = tuple[int, FaultKind | None]
-"""A joint (index) and its new fault, or None where it is restored."""
+"""A joint (index) and its new fault, or None when it is restored."""
 
 
 @dataclass(frozen=True, eq=False)
 class Schedule:
-    """The plan of a scenario, made once for all that need it.
+    """The plan of a scenario, made once.
 
     Args:
         motion: parts of the motion.
-        starts: (parts + 1,) the tick from which on each part is commanded; the last is the rest after the motion.
+        starts: (parts + 1,) first tick of each part; the last one begins the rest after the motion.
         steps: number of steps.
         period: time between ticks [s].
         T_start: (4, 4) [m] pose of the task's point at the start.
@@ -49,11 +49,11 @@ class Schedule:
         return any(callable(part) for part in self.motion)
 
     def part(self, tick: float) -> int:
-        """Index of the part that is commanded at a tick; the number of parts after the last one's end."""
+        """Index of the commanded part at a tick; the number of parts after the end of the last one."""
         return sum(start <= tick for start in self.starts) - 1
 
     def poses(self, at: FloatArray) -> FloatArray:
-        """(K, 4, 4) [m] where the motion leads, at ticks (K,) that do not fall, which may lie between whole ones."""
+        """(K, 4, 4) [m] commanded poses at non-decreasing ticks (K,), which may be fractional."""
         T = self.T_start
         poses = np.repeat(T[None], len(at), axis=0)
         for part, (first, end) in enumerate(self.spans()):
@@ -67,7 +67,7 @@ class Schedule:
         return poses
 
     def change_faults(self, controller: Controller, tick: int) -> None:
-        """Tell a controller what fails and what works again at a tick."""
+        """Apply the faults and restorations of a tick to a controller."""
         for joint, kind in self.changes.get(tick, ()):
             if kind is None:
                 controller.restore(joint)
@@ -75,7 +75,7 @@ class Schedule:
                 controller.fail(joint, kind)
 
     def spans(self) -> list[tuple[int, int]]:
-        """First and last tick of each part and of the rest; the two are equal for a part that is never begun."""
+        """First and last tick of each part and of the rest; the two are equal for a part that never begins."""
         last = [min(start, self.steps) for start in self.starts[1:]] + [self.steps]
         return [(first, max(first, end)) for first, end in zip(self.starts, last, strict=True)]
 
@@ -84,7 +84,7 @@ def schedule_of(scenario: Scenario) -> Schedule:
     """The schedule of a scenario.
 
     Raises:
-        InputError: a course is shorter than a tick, or cannot begin where the parts before it lead.
+        InputError: if a course is shorter than a tick, or cannot begin at the final pose of the previous parts.
     """
     motion, T_start = checked_motion(scenario.motion), scenario.task_pose(scenario.start)
     starts = (0, *(scenario.tick_at(float(end)) for end in ends(motion)))
@@ -93,9 +93,9 @@ def schedule_of(scenario: Scenario) -> Schedule:
 
 
 def _fault_changes(scenario: Scenario) -> dict[int, list[Change]]:
-    """What changes at which tick.
+    """Changes of faults by tick.
 
-    Faults may overlap on one joint: the one that began last holds, and when it ends, the one before it holds again.
+    Faults may overlap on one joint: the later one holds, and when it ends, the earlier one holds again.
     """
     arm, last = scenario.arm, scenario.steps
     spans = []

@@ -1,4 +1,4 @@
-"""Lines, circles and waypoints: courses whose shape is given by a few points."""
+"""Lines, circles and waypoints: courses given by a few points."""
 
 from __future__ import annotations
 
@@ -32,23 +32,23 @@ from stillreach.simulation.profile import PROFILES, RAMP, checked_profile
 ATTITUDES = ("keep", "follow")
 MOST_POINTS = 2000
 POINT = List(*[Number("length")] * 3)
-DURATION = key(TIME, "How long")
+DURATION = key(TIME, "Duration")
 
 
 @dataclass(frozen=True, eq=False)
 class Waypoints(Course):
-    """From point to point on straight lines, from attitude to attitude by the shortest turn.
+    """Straight lines from point to point, with the shortest turn between attitudes.
 
     Args:
         points: (K, 3) [m] in the base frame.
-        orientations: K attitudes, each a matrix (3, 3), a rotation vector (3,) [rad] or None (as before it); None keeps
+        orientations: K attitudes, each a matrix (3, 3), a rotation vector (3,) [rad] or None (unchanged). None keeps
             the attitude throughout.
-        times: (K,) [s] since the beginning, rising: when each is reached.
-        duration: [s] of the whole instead, shared among the legs by their length; a turn of 1 rad counts as 1 m.
-        profile: speed on each leg: "constant" (passes through the points), "trapezoidal" or "minimum-jerk" (stop
-            there).
-        ramp: part of each leg's time in which "trapezoidal" speeds up, and slows down again.
-        relative: points are shifts and orientations are turns from the pose at the beginning, along base axes.
+        times: (K,) [s] since the beginning, rising: when each point is reached.
+        duration: [s] of all legs instead, divided by their length; a turn of 1 rad counts as 1 m.
+        profile: speed on each leg: "constant" (passes through the points), "trapezoidal" or "minimum-jerk" (stop at
+            them).
+        ramp: fraction of each leg's time in which "trapezoidal" accelerates, and decelerates.
+        relative: points are shifts and orientations are turns from the pose at the start, along base axes.
 
     Raises:
         InputError: if an argument is invalid, or not exactly one of times and duration is given.
@@ -64,9 +64,11 @@ class Waypoints(Course):
         )
     )
     times: FloatArray | None = field(
-        metadata=key(List(TIME, most=MOST_POINTS, check=RISING), "When each point is reached, since this motion began")
+        metadata=key(
+            List(TIME, most=MOST_POINTS, check=RISING), "When each point is reached, since the start of this motion"
+        )
     )
-    duration: float = field(metadata=key(TIME, "How long in all, in place of times"))
+    duration: float = field(metadata=key(TIME, "Total duration, instead of times"))
     profile: str = field(metadata=key(Word(*PROFILES), "Speed on each leg; the last two stop at each point"))
     ramp: float = field(metadata=RAMP_KEY)
     relative: bool = field(metadata=RELATIVE_KEY)
@@ -106,7 +108,7 @@ class Waypoints(Course):
         return Legs(times, poses, self.profile, self.ramp)
 
     def _shared(self, poses: FloatArray) -> FloatArray:
-        """When each pose is reached, by the length of the legs; a leg that leads nowhere takes next to no time."""
+        """When each pose is reached, by the length of the legs; a leg of length 0 takes almost no time."""
         shifts = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)
         turns = np.linalg.norm(log(poses[1:, :3, :3] @ np.swapaxes(poses[:-1, :3, :3], 1, 2)), axis=1)
         lengths = shifts + turns
@@ -118,15 +120,15 @@ class Waypoints(Course):
 
 @dataclass(frozen=True, eq=False)
 class Line(Course):
-    """Straight to a point, turning evenly to an attitude by the shortest way.
+    """A straight line to a point, with an even, shortest turn to an attitude.
 
     Args:
         to: (3,) [m] in the base frame; None stays at the point.
         orientation: a matrix (3, 3) or a rotation vector (3,) [rad]; None keeps the attitude.
         duration: [s].
-        profile: speed along it: "constant", "trapezoidal" or "minimum-jerk".
-        ramp: part of the time in which "trapezoidal" speeds up, and slows down again.
-        relative: ``to`` is a shift and ``orientation`` a turn from the pose at the beginning, along base axes.
+        profile: speed profile: "constant", "trapezoidal" or "minimum-jerk".
+        ramp: fraction of the time in which "trapezoidal" accelerates, and decelerates.
+        relative: ``to`` is a shift and ``orientation`` a turn from the pose at the start, along base axes.
 
     Raises:
         InputError: if an argument is invalid.
@@ -159,9 +161,9 @@ class Line(Course):
 
     @classmethod
     def read(cls, values: dict[str, Any], reading: Reading) -> Self:
-        """From a file; there it leads somewhere."""
+        """From a file, where a goal is required."""
         if "to" not in values and "orientation" not in values:
-            raise InputError("to", "missing key", "a point to go to, an orientation, or both")
+            raise InputError("to", "missing key", "a point, an orientation, or both")
         return super().read(values, reading)
 
     def plan(self, T_start: FloatArray) -> Legs:
@@ -180,17 +182,17 @@ class Line(Course):
 
 @dataclass(frozen=True, eq=False)
 class Circle(Course):
-    """Round an axis, from wherever the point is; its distance from the axis is the radius.
+    """A circle around an axis from the current point, whose distance from the axis is the radius.
 
     Args:
         centre: (3,) [m] a point on the axis, in the base frame.
         axis: (3,) its direction; the turn is right-handed about it.
-        angle: [rad] of the whole turn: 2π is once round, more or negative angles will do.
+        angle: [rad] of the whole turn: 2π is one turn; larger and negative angles are allowed.
         duration: [s].
         attitude: "keep", or "follow" (the tool turns with the point).
-        profile: speed along it: "constant", "trapezoidal" or "minimum-jerk".
-        ramp: part of the time in which "trapezoidal" speeds up, and slows down again.
-        relative: ``centre`` is a shift from the point at the beginning, along base axes.
+        profile: speed profile: "constant", "trapezoidal" or "minimum-jerk".
+        ramp: fraction of the time in which "trapezoidal" accelerates, and decelerates.
+        relative: ``centre`` is a shift from the point at the start, along base axes.
 
     Raises:
         InputError: if an argument is invalid.
@@ -205,7 +207,7 @@ class Circle(Course):
             List(*[Number()] * 3, check=NOT_ALL_ZERO), "Direction of the axis; the turn is right-handed about it"
         )
     )
-    angle: float = field(metadata=key(Number("angle"), "How far; once round if absent"))
+    angle: float = field(metadata=key(Number("angle"), "Angle of the turn; one turn if absent"))
     duration: float = field(metadata=DURATION)
     attitude: str = field(metadata=key(Word(*ATTITUDES), "Whether the tool turns with the circle"))
     profile: str = field(metadata=PROFILE_KEY)
@@ -239,7 +241,7 @@ class Circle(Course):
         """The arc from a pose (4, 4) [m].
 
         Raises:
-            InputError: the point is on the axis.
+            InputError: if the point is on the axis.
         """
         point = T_start[:3, 3]
         centre = point + self.centre if self.relative else self.centre
@@ -253,7 +255,7 @@ class Circle(Course):
 
 
 def set_fields(course: Course, **fields: Any) -> None:
-    """Fill the fields of a frozen course; ``relative`` is true or false and nothing else."""
+    """Fill the fields of a frozen course; ``relative`` must be a bool."""
     if not isinstance(fields["relative"], bool):
         raise InputError("relative", _door.describe(fields["relative"]), "True or False")
     for name, value in fields.items():
@@ -267,7 +269,7 @@ def _set_speed(course: Course, profile: str, ramp: float) -> None:
 
 
 def rising(name: str, value: npt.ArrayLike, n: int, *, above: float = -np.inf) -> FloatArray:
-    """Times (n,) [s] that rise strictly, the first above (or, with no bound, at) a time; InputError otherwise."""
+    """Strictly rising times (n,) [s], the first above ``above``; raises InputError otherwise."""
     times = _door.vector(name, value, n, one_for_all=False)
     falls = np.flatnonzero(np.diff(np.concatenate([[above], times])) <= 0.0)
     if len(falls):

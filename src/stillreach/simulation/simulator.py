@@ -1,4 +1,4 @@
-"""Run a scenario: chunks of ticks in the compiled core, and between them whatever Python has to do."""
+"""Run a scenario: chunks of ticks in the compiled core, with Python between them."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from stillreach.simulation.scenario import Scenario
 
 FIRST_CHUNK = 64
 CHUNK_SECONDS = 0.05
-"""Work between two looks at the clock and the keyboard."""
+"""Duration of a chunk, after which progress and Ctrl-C are checked."""
 
 NOT_COMPUTED = -1
-"""Status of a tick that the core has not answered yet."""
+"""Status of a tick that is not computed yet."""
 
 
 def simulate(scenario: Scenario, *, progress: bool | None = None) -> Run:
     """Simulate an arm under a controller.
 
     Args:
-        scenario: what to run.
-        progress: show a progress bar; None shows one on a terminal when it takes longer than a second.
+        scenario: the scenario.
+        progress: show a progress bar; None: on a terminal, after one second.
 
     Returns:
         The run: a row for each tick, the last one at the final state (steps + 1 rows).
 
     Raises:
-        SimulationInterrupted: Ctrl-C; ``.run`` of the error holds every tick computed so far.
-        InputError: a function of time in the motion answered with something else than 6 finite numbers; a scenario
-            that was read from a record, which held no function.
+        SimulationInterrupted: after Ctrl-C; ``.run`` of the error has all computed ticks.
+        InputError: if a function of time did not return 6 finite numbers, or the scenario was read from a record
+            without its function.
     """
     simulation = _Simulation(scenario)
     try:
@@ -70,12 +70,12 @@ class _Simulation:
 
     @property
     def done(self) -> int:
-        """Number of ticks that the core has answered, also when an interrupt came right after it had."""
+        """Number of computed ticks, also right after an interrupt."""
         missing = np.flatnonzero(self.record["status"][self.tick :] == NOT_COMPUTED)
         return self.tick + int(missing[0]) if len(missing) else self.ticks
 
     def advance(self) -> None:
-        """One chunk, up to the next change of faults or motion; the tick at the final state is one of its own."""
+        """One chunk, up to the next change of faults or motion; the tick at the final state is a chunk of its own."""
         self.plan.change_faults(self.controller, self.tick)
         first, end = self.tick, self._chunk_end()
         last = first == self.ticks - 1
@@ -92,7 +92,7 @@ class _Simulation:
         self._adapt(end - first, time.perf_counter() - began)
 
     def run(self, *, interrupted: bool = False) -> Run:
-        """What was computed so far."""
+        """The run with the ticks computed so far."""
         rows = {name: array[: self.done] for name, array in self.record.items()}
         return Run(scenario=self.scenario, interrupted=interrupted, **rows)
 

@@ -1,4 +1,4 @@
-"""A run in a few numbers: did the tool arrive, if not why, how far off was it, which limits were its joints at."""
+"""Summary of a run: whether the tool arrived and why not, deviations, rates and limits."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from stillreach.simulation.run import Run
 
 POSITION_SHARE, ANGLE_SHARE = 0.01, 0.01
-"""A tool has arrived when it ends this near to its goal, relative to the whole way and the whole turn,"""
+"""A tool has arrived within this distance of its goal, relative to the whole path and turn,"""
 POSITION_FLOOR, ANGLE_FLOOR = 1e-3, np.deg2rad(1.0)
-"""or this near: [m] and [rad]."""
+"""or within these: [m] and [rad]."""
 
 
 @dataclass(frozen=True)
 class Peak:
-    """The largest value of something, and when it was [s]."""
+    """The largest value of a quantity and its time [s]."""
 
     value: float
     time: float
@@ -35,30 +35,30 @@ class Peak:
 
 @dataclass(frozen=True)
 class Summary:
-    """A run in a few numbers; ``str()`` of it is the same in words.
+    """The main numbers of a run; ``str()`` returns them in words.
 
     Args:
-        run: what it is a summary of.
-        finished: the run is whole and the tool ends at its goal: neither distance is above what is allowed.
+        run: the run.
+        finished: the run is complete and the tool ends at its goal: neither distance is above the allowed one.
         end: [s] time of the last tick.
         linear, angular: whether the task has rows in [m/s], in [rad/s]; missing parts are 0.
-        goal_distance, goal_angle: from the tool to where it should be at the end [m, rad], in the rows of the task.
-        allowed_distance, allowed_angle: how much of these still counts as arrived [m, rad].
+        goal_distance, goal_angle: from the tool to its goal at the end [m, rad], in the rows of the task.
+        allowed_distance, allowed_angle: largest of these that count as arrived [m, rad].
         way, turn: length and angle of the commanded motion [m, rad].
-        distance, angle: the farthest from where it should be at the time [m, rad], or at the path time of a clock that
-            follows the arm.
-        gave_way: parts of the task, "position" and "orientation", that were farther off than what counts as arrived.
-        beside: the farthest from its path [m], whenever it should have been where.
-        task_error: the largest weighted norm of what the rates leave undone of the twist asked for.
-        rate: the largest rate as a fraction of its joint's limit, derated where that is; None where no joint has one.
-        rate_joint: whose; a name.
-        rate_value: [rad/s, m/s] that rate.
+        distance, angle: largest distance and angle from the target [m, rad], at the same time, or path time for a
+            clock that follows the arm.
+        gave_way: parts of the task, "position" and "orientation", with errors above the allowed ones.
+        beside: largest distance from the commanded path [m], at any time.
+        task_error: largest weighted norm of the residual twist.
+        rate: the largest rate as a fraction of its joint's limit, after derating; None if no joint has a limit.
+        rate_joint: name of its joint.
+        rate_value: [rad/s, m/s] the rate.
         statuses: share of the ticks for each status flag that was raised, 0 to 1, OK included.
-        held: [s] for each joint that was at a limit while it worked, how long at which.
-        singular_values: of the working joints' weighted Jacobian at the end, falling.
+        held: [s] for each working joint that was at a limit, the time at each limit.
+        singular_values: of the working joints' weighted Jacobian at the end, descending.
         lost: (lost, rows) unit twists [m, rad] in which rates inside their limits give less than 1 mm/s or 0.1 deg/s
             at the end.
-        why: why the tool did not arrive; None where it did, or where Ctrl-C ended the run.
+        why: why the tool did not arrive; None if it did, or if Ctrl-C ended the run.
     """
 
     run: Run = field(repr=False)
@@ -91,7 +91,7 @@ class Summary:
 
     @property
     def longest(self) -> tuple[str, str, float] | None:
-        """Joint, limit and time [s] of the joint that was at one longest; None where none was."""
+        """Joint, limit and time [s] of the joint that was longest at one limit; None if no joint was at one."""
         spans = [(time, joint, bound) for joint, found in self.held.items() for bound, time in found.items()]
         if not spans:
             return None
@@ -100,7 +100,7 @@ class Summary:
 
 
 def summary(run: Run, *, allowed_distance: float | None, allowed_angle: float | None) -> Summary:
-    """The summary of a run of at least one tick; arguments as of ``Run.summary``."""
+    """The summary of a run of at least one tick; arguments as for ``Run.summary``."""
     rows, scenario = run.task.indices, run.scenario
     goal = commanded_in(run)
     way, turn = goal.length()
@@ -141,7 +141,7 @@ def summary(run: Run, *, allowed_distance: float | None, allowed_angle: float | 
 
 
 def status_shares(run: Run) -> dict[str, float]:
-    """Share of the ticks for each status flag that was raised, 0 to 1, largest first; OK where none was."""
+    """Share of the ticks for each status flag that was raised, 0 to 1, largest first; OK for ticks without flags."""
     shares = {str(flag.name): float(np.mean((run.status & flag.value) != 0)) for flag in Status if flag}
     shares["OK"] = float(np.mean(run.status == 0))
     return dict(sorted(((k, v) for k, v in shares.items() if v > 0.0), key=lambda pair: -pair[1]))
@@ -153,7 +153,7 @@ def _peak(time: FloatArray, values: FloatArray) -> Peak:
 
 
 def _largest_rate(run: Run) -> tuple[Peak | None, str, float]:
-    """The largest rate against its limit; else against the others."""
+    """The largest rate relative to its limit, or among all rates without limits."""
     share = rate_shares(run)
     has_limits = np.any(np.isfinite(run.scenario.controller().velocity_limits))
     limited = bool(np.any(share)) or bool(has_limits and not np.any(run.rates))
@@ -165,7 +165,7 @@ def _largest_rate(run: Run) -> tuple[Peak | None, str, float]:
 def _left_at_end(run: Run) -> tuple[FloatArray, FloatArray]:
     """Singular values of the working joints at the end, and the directions that are lost there.
 
-    Without acceleration limits, which leave a joint little at one tick and everything at a later one.
+    Acceleration limits are ignored: they restrict a joint at one tick and not at later ones.
     """
     controller = run.scenario.controller()
     controller.set_limits(acceleration=np.inf)

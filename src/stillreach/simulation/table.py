@@ -1,4 +1,4 @@
-"""Tables of numbers from CSV files, with names above their columns."""
+"""Tables of numbers from CSV files with column names."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ LARGEST_FILE = 64 * 2**20
 LARGEST_NUMBER = 1e12
 LONGEST_LINE = 10_000
 SEPARATORS = ",;\t|"
-"""What may separate columns, beside spaces; the first that the line of names holds does."""
+"""Column separators, besides spaces; the first one in the line of names is used."""
 COMMA_AND_POINT = str.maketrans(",.", ".,")
-"""Turns a number with a decimal comma into one for Python, and one with a point into none."""
+"""Converts a decimal comma to a point; a decimal point becomes invalid."""
 
 
 def read_table(path: Path, wanted: Callable[[list[str]], set[str]], columns: str) -> tuple[list[str], FloatArray]:
@@ -28,11 +28,11 @@ def read_table(path: Path, wanted: Callable[[list[str]], set[str]], columns: str
 
     Args:
         path: the file.
-        wanted: from the names that are there, those that must be, each once.
-        columns: the same in words.
+        wanted: returns the required names, given the names in the file.
+        columns: the required names in words.
 
     Raises:
-        InputError: the file is missing or not such a table; the message names the line.
+        InputError: if the file is missing or not such a table; the message names the line.
     """
     name = str(path)
     text = _text(path)
@@ -78,7 +78,7 @@ def _text(path: Path) -> str:
 
 
 def _lines(name: str, text: str) -> Iterator[str]:
-    """The lines of a text from any system; InputError at one that is too long to be a few numbers."""
+    """The lines of a text with any line ends; raises InputError for one that is too long."""
     for number, line in enumerate(io.StringIO(text, newline=None), 1):
         length = len(line.rstrip("\n"))
         if length > LONGEST_LINE:
@@ -87,13 +87,13 @@ def _lines(name: str, text: str) -> Iterator[str]:
 
 
 def _separator(lines: Iterator[str]) -> str:
-    """What separates the columns of a table; a space stands for any white space."""
+    """The column separator of a table; a space means any white space."""
     names = next((line for line in lines if line.strip()), "")
     return next((separator for separator in SEPARATORS if separator in names), " ")
 
 
 def _rows(lines: Iterator[str], separator: str) -> Iterator[tuple[int, list[str]]]:
-    """The lines that hold something, each with its number from 1 on, split into entries."""
+    """The non-empty lines, split into entries, with their numbers from 1 on."""
     if separator == " ":
         yield from ((number, line.split()) for number, line in enumerate(lines, 1) if line.strip())
         return

@@ -1,7 +1,7 @@
-"""Why a tool did not arrive: since when, along which direction, and what the arm could still do.
+"""Why a tool did not arrive: time, direction, and what the arm could do instead.
 
-Every tick of the run is solved again for the least error inside its bounds. What that leaves undone is the normal of a
-plane that no rates inside the bounds cross, so the largest motion along it is known: by gain, not by rank.
+Each tick of the run is solved again for the least error inside its bounds. The residual is the normal of a plane that
+no rates inside the bounds cross, so the largest motion along it is known, by gain and not by rank.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
     from stillreach.simulation.run import Run
 
 MISSED = 0.01
-"""A tick misses its command where more than this part of it is left undone,"""
+"""A tick misses its command if the relative residual is above this,"""
 NOTHING = 1e-9
-"""and more than this, in weighted units."""
+"""and the residual is above this, in weighted units."""
 HARDLY = 0.1
-"""An arm can hardly move along a direction where it can do at most this part of what is commanded along it."""
+"""An arm can hardly move along a direction if it can do at most this fraction of the command along it."""
 GAP = 0.02
-"""Stretches of ticks that are nearer to each other, relative to the whole run, are one."""
+"""Ranges of ticks with a smaller gap, relative to the run, are joined."""
 ROUNDING = 1e-9
-"""Relative; a joint that pushes less along a direction does not push."""
+"""Relative; a smaller effect of a joint along a direction counts as none."""
 
 
 @dataclass(frozen=True)
@@ -38,15 +38,15 @@ class Why:
     """Why a tool did not arrive.
 
     Args:
-        sentence: all of it in words.
+        sentence: the reason in words.
         since, until: [s] the first tick that missed its command, and the first one after the last; until is None for
             the end of the run, both where no tick missed its command.
-        at: [s] the tick that the rest is judged at.
+        at: [s] the tick that the following attributes refer to.
         direction: (m,) unit twist in the task's rows, in the units of its weights, along which the bounds allow too
-            little; None where they allow all of the command.
+            little; None if they allow the whole command.
         possible: the largest motion along it that rates inside the bounds make, relative to the commanded one; below 0
-            where a runaway joint moves the tool the other way.
-        instead: what the arm could have done: "position", "orientation", "slower" or None.
+            if a runaway joint moves the tool the other way.
+        instead: what the arm could have done instead: "position", "orientation", "slower" or None.
     """
 
     sentence: str
@@ -59,7 +59,7 @@ class Why:
 
 
 def why_missed(run: Run) -> Why:
-    """Why the tool of a whole run did not arrive."""
+    """Why the tool of a complete run did not arrive."""
     misses, scenario = _Misses(run), run.scenario
     stretch = misses.main(misses.impossible)
     if stretch is not None:
@@ -67,14 +67,14 @@ def why_missed(run: Run) -> Why:
     stretch = misses.main(misses.missed)
     if stretch is not None:
         return _given_up(misses, stretch)
-    done = "every tick does the commanded twist"
+    done = "every tick executes the commanded twist"
     if scenario.loop == "open":
-        return Why(f"{done}; the error is that of an open loop with steps of {1000 * scenario.period:g} ms")
+        return Why(f"{done}; the error comes from the open loop with steps of {1000 * scenario.period:g} ms")
     return Why(f"{done}; the feedback needs more time or more gain")
 
 
 class _Misses:
-    """What each tick of a run left undone, and what of it was not possible."""
+    """The residuals of a run's ticks, and the part that was impossible."""
 
     def __init__(self, run: Run) -> None:
         controller = run.scenario.controller()
@@ -84,12 +84,12 @@ class _Misses:
         self.row_weights = np.asarray(controller.step(run.scenario.start, np.zeros(6)).row_weights)
         wanted = in_axes(self.task, run.command, run.pose)[:, self.task.indices]
         self.wanted = wanted @ self.row_weights.T
-        """(T, m) the command in weighted units,"""
+        """(T, m) commands in weighted units."""
         left = solve_batch(
             run.scenario.arm, self.best, run.q, run.command, (run.lower, run.upper), task=self.task, want="residual"
         ).residual
         self.left = np.asarray(left) @ self.row_weights.T
-        """and what the best rates leave undone of it."""
+        """(T, m) residuals of the best rates."""
         size = np.linalg.norm(self.wanted, axis=1)
         self.undone = np.linalg.norm(self.left, axis=1)
         least = MISSED * size + NOTHING
@@ -101,7 +101,7 @@ class _Misses:
         self.share = np.divide(run.task_error, size, out=np.ones(len(run)), where=size > 0.0)
 
     def main(self, ticks: np.ndarray) -> tuple[int, int] | None:
-        """First and last tick of the stretch that the run ends in, or else of the one that leaves most undone."""
+        """First and last tick of the range at the end of the run, or else of the one with the largest residual."""
         found = self._stretches(ticks)
         if not found:
             return None
@@ -110,13 +110,13 @@ class _Misses:
         return max(found, key=lambda stretch: float(np.sum(self.run.task_error[stretch[0] : stretch[1] + 1])))
 
     def ends(self, stretch: tuple[int, int]) -> float | None:
-        """[s] the first tick after a stretch; None at the end of the run."""
+        """[s] the first tick after a range; None at the end of the run."""
         return None if stretch[1] >= len(self.run) - 1 - self._gap else float(self.run.time[stretch[1] + 1])
 
     def barrier(self, tick: int) -> tuple[FloatArray, float]:
-        """The direction along which the bounds allow too little, and how much of the command along it.
+        """The direction along which the bounds allow too little, and the possible fraction of the command.
 
-        The best rates' residual is the normal of a plane that no rates inside the bounds cross.
+        The residual of the best rates is the normal of a plane that no rates inside the bounds cross.
         """
         run = self.run
         normal = self.row_weights.T @ self.left[tick]
@@ -129,7 +129,7 @@ class _Misses:
         return direction / np.linalg.norm(direction), possible
 
     def again(self, tick: int, law: Law, task: Task, want: str) -> BatchSolution:
-        """The answer to a tick of the run from another law, or for another task."""
+        """The solution of a tick of the run with another law or task."""
         run, one = self.run, slice(tick, tick + 1)
         bounds = (run.lower[one], run.upper[one])
         return solve_batch(run.scenario.arm, law, run.q[one], run.command[one], bounds, task=task, want=want)
@@ -155,7 +155,7 @@ def _most_along(J: FloatArray, lower: FloatArray, upper: FloatArray, direction: 
 
 
 def _impossible(misses: _Misses, stretch: tuple[int, int]) -> Why:
-    """The bounds did not allow the command: along which direction, and how much of it."""
+    """The sentence if the bounds did not allow the command: direction and possible fraction."""
     inside = np.zeros(len(misses.run), dtype=bool)
     inside[stretch[0] : stretch[1] + 1] = True
     worst = misses.undone * inside
@@ -171,12 +171,12 @@ def _impossible(misses: _Misses, stretch: tuple[int, int]) -> Why:
     text = _limited(since, until, _along(misses, direction), possible)
     text += _could(instead, slower, until is not None)
     if until is not None:
-        text += "; in open loop nothing makes up for it" if misses.run.scenario.loop == "open" else ""
+        text += "; open loop does not correct the error" if misses.run.scenario.loop == "open" else ""
     return Why(text, since, until, float(misses.run.time[tick]), direction, possible, instead)
 
 
 def _limited(since: float, until: float | None, direction: str, possible: float) -> str:
-    """When the arm could do how little along a direction."""
+    """When the arm could do too little along a direction."""
     past = until is not None
     if possible < 0.0:
         moves = "moved" if past else "moves"
@@ -203,17 +203,17 @@ def _could(instead: str | None, slower: float, past: bool) -> str:
 
 
 def _given_up(misses: _Misses, stretch: tuple[int, int]) -> Why:
-    """The bounds allowed the command, and the law did less."""
+    """The sentence if the bounds allowed the command, but the law did less."""
     since, until = float(misses.run.time[stretch[0]]), misses.ends(stretch)
     tick = stretch[0] + int(np.argmax(misses.run.task_error[stretch[0] : stretch[1] + 1]))
     leaves = f"{type(misses.run.scenario.law).__name__} {'leaves' if until is None else 'left'}"
     share = f"up to {100 * misses.share[tick]:.3g} % of the commanded twist"
-    text = f"{_when(since, until)} {leaves} {share} undone, which rates inside the bounds could do"
+    text = f"{_when(since, until)} {leaves} {share} undone, although rates inside the bounds could do it"
     return Why(text, since, until, float(misses.run.time[tick]))
 
 
 def _instead(misses: _Misses, tick: int) -> tuple[str | None, float]:
-    """What part of the command was possible at a tick, and which fraction of all of it."""
+    """The part of the task that was possible at a tick, and the possible fraction of the whole."""
     task = misses.task
     scale = float(_number(misses.again(tick, KeepDirection(weights=misses.weights), task, "scale").scale))
     if HARDLY <= scale < 1.0:
@@ -223,7 +223,7 @@ def _instead(misses: _Misses, tick: int) -> tuple[str | None, float]:
     for name, rows in parts.items():
         size = float(np.linalg.norm(wanted[rows]))
         if len(rows) == task.m or size <= MISSED * np.linalg.norm(wanted):
-            continue  # all of the task, or nothing to do
+            continue  # the whole task, or no command
         part = Task(rows=tuple(row in rows for row in range(6)), frame=task.frame, tool=task.tool)
         left = misses.again(tick, LeastError(price=None), part, "task_error").task_error
         if _number(left) <= MISSED * size + NOTHING:
@@ -232,7 +232,7 @@ def _instead(misses: _Misses, tick: int) -> tuple[str | None, float]:
 
 
 def _along(misses: _Misses, direction: FloatArray) -> str:
-    """A direction in words, with the axes where they are not the base's."""
+    """A direction in words, with the axes unless they are the base's."""
     return in_words(direction, misses.task.indices) + ("" if misses.task.frame == "base" else " (tool axes)")
 
 

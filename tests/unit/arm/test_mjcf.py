@@ -193,7 +193,7 @@ def test_a_model_attached_in_the_file_is_read(inertia, tmp_path):
 def test_a_spec_that_mujoco_cannot_compile_is_told():
     spec = mujoco.MjSpec()
     spec.worldbody.add_body(name="a").add_joint(name="j", axis=[0, 0, 0])
-    with pytest.raises(sr.errors.RobotFileError, match="<MjSpec>: got what MuJoCo refuses"):
+    with pytest.raises(sr.errors.RobotFileError, match="<MjSpec>: got an error of MuJoCo"):
         sr.Arm.from_mjcf(spec, tip="a")
 
 
@@ -232,7 +232,7 @@ def test_a_model_and_a_file_do_as_well(tmp_path):
         (ODD, {"base": "box", "tip": "left"}, "tip='box' ends before it"),
         (ODD, {"tip": "tcp", "fixed": {"right elbow": 0.0}}, "a joint between base and tip: x, turn, cart joint 3"),
         ("<robot name='a'/>", {"tip": "a"}, "Arm.from_urdf reads URDF"),
-        ("<mujoco><worldbody><body><joint type='hin'/></body></worldbody></mujoco>", {"tip": "a"}, "MuJoCo refuses"),
+        ("<mujoco><worldbody><body><joint type='hin'/></body></worldbody></mujoco>", {"tip": "a"}, "error of MuJoCo"),
         ("<!DOCTYPE a><mujoco/>", {"tip": "a"}, "document type declaration"),
         ("<mujoco>", {"tip": "a"}, "no element found"),
         (

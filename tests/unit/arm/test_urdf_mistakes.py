@@ -156,7 +156,7 @@ MISTAKES = {
         robot(joint("j", "a", "b", extra="<mimic/>")),
         5,
         "joint 'j' <mimic>",
-        "no joint to follow",
+        "a missing joint name",
     ),
     "joints that follow each other": (
         robot(joint("j", "a", "b", extra='<mimic joint="k"/>'), joint("k", "b", "c", extra='<mimic joint="j"/>')),
@@ -291,11 +291,11 @@ def test_positions_are_numbers_by_name(fixed):
 
 def test_a_file_that_cannot_be_read_is_told(tmp_path):
     assert "No such file" in str(refused(tmp_path / "gone.urdf"))
-    assert "no regular file" in str(refused(tmp_path))
+    assert "not a regular file" in str(refused(tmp_path))
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
-    assert "no regular file" in str(refused(pipe))
-    assert "no path" in str(refused("a\0b"))
+    assert "not a regular file" in str(refused(pipe))
+    assert "not a path" in str(refused("a\0b"))
     assert "got None, expected the path of a URDF file" in str(refused(None))
     assert "got b'x'" in str(refused(b"x"))
     large = tmp_path / "large.urdf"

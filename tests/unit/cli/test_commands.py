@@ -101,7 +101,7 @@ def interrupted(arguments: list[str | Path], out: Path) -> tuple[int, str, str]:
 def test_ctrl_c_exits_with_130(tmp_path: Path) -> None:
     code, _, messages = interrupted(["paper", "--step", "0.001"], tmp_path / "out")
     assert code == 130
-    assert messages == f"interrupted; the files that were finished stay in {tmp_path / 'out'}\n"
+    assert messages == f"interrupted; finished files stay in {tmp_path / 'out'}\n"
 
 
 @pytest.mark.parametrize("command", ["run", "compare"])
@@ -110,7 +110,7 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path: Path, command: str) -> None:
     scenario.write_text(LONG, encoding="utf-8")
     code, output, messages = interrupted([command, scenario, "--no-plot"], tmp_path / "out")
     assert code == 130
-    assert "what was computed is kept" in messages
+    assert "the computed ticks are kept" in messages
     assert "Traceback" not in messages
     records = list((tmp_path / "out").glob("*.nc"))
     assert len(records) == 1
@@ -118,7 +118,7 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path: Path, command: str) -> None:
     assert kept.interrupted
     assert 0 < len(kept) < 2_000_001
     assert np.all(np.isfinite(kept.q))
-    assert "interrupted" in output or "broken off" in output
+    assert "interrupted" in output
 
 
 @pytest.mark.parametrize("arguments", [["run", "jammed-rail", "--no-plot"], ["schema"], ["arms"]])

@@ -181,7 +181,7 @@ def test_bars_begin_and_end_with_the_faults():
         1: [(pytest.approx(0.4), pytest.approx(2.0))],
     }
     assert bars(timeline, "runaway") == {8: [(pytest.approx(1.5), pytest.approx(2.0))]}
-    spans = sorted(bars(timeline, "derated").get(5, []) + bars(timeline, "at rate limit").get(5, []))
+    spans = sorted(bars(timeline, "derated").get(5, []) + bars(timeline, "at velocity limit").get(5, []))
     assert spans[0][0] == pytest.approx(0.8)
     assert spans[-1][1] == pytest.approx(1.2)
 

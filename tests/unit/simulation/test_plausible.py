@@ -65,7 +65,7 @@ def test_a_goal_out_of_reach_is_told_before_the_run(goal, key, far):
     with pytest.raises(sr.InputError) as told:
         scenario(motion=[WAIT, goal])
     assert str(told.value).startswith(f"motion[1].{key}: got a point ")
-    assert "expected at most 2 m, as far as the arm reaches" in str(told.value)
+    assert "expected at most 2 m, the arm's reach" in str(told.value)
     if far:
         assert f"a point {far:g} m from the base, " in str(told.value)
     run = sr.simulate(scenario(motion=[WAIT, goal], allow_outside=True))

@@ -147,7 +147,7 @@ def test_a_missing_package_is_answered_with_the_command_that_installs_it(package
 def test_a_run_without_ticks_has_no_summary_and_no_picture():
     empty = first_ticks(small_run(), 0)
     for call in (empty.summary, empty.plot):
-        with pytest.raises(sr.InputError, match="run: got no tick"):
+        with pytest.raises(sr.InputError, match="run: got no ticks"):
             call()
 
 

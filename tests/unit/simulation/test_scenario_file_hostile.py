@@ -141,7 +141,7 @@ def test_bytes_that_are_not_utf16_after_its_mark_are_told(load, content):
     [
         ("no/such/file.toml", "no such file"),
         (".", "a folder"),
-        ("/dev/zero", "no regular file"),
+        ("/dev/zero", "not a regular file"),
         ("a\x00b", "no such file"),
         ("a\x00b/c.toml", "no such file|null byte"),
         ("x" * 5000, "no such file or ready scenario"),

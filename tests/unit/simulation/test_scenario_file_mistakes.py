@@ -67,7 +67,7 @@ def test_a_largest_rate_that_is_nothing_in_radians_is_refused(mistakes):
     ("text", "place", "words"),
     [
         (PLANAR.replace("n = 3", ""), "robot.n", "which planar needs"),
-        (PLANAR.replace("n = 3", "lengths = [1]"), "robot.lengths", "only n beside planar"),
+        (PLANAR.replace("n = 3", "lengths = [1]"), "robot.lengths", "only n for planar"),
         (PLANAR.replace('"planar"', '"planer"'), "robot.arm", "did you mean 'planar'?"),
         (PLANAR.replace("n = 3", "n = true"), "robot.n", "an integer"),
         (PLANAR.replace("[robot]", "[robott]"), "robott", "did you mean 'robot'?"),
@@ -76,7 +76,7 @@ def test_a_largest_rate_that_is_nothing_in_radians_is_refused(mistakes):
         (PLANAR.replace("[0, 0.5, 1]", "[0, 0.5, true]"), "start[2]", "got true, expected a number"),
         (PLANAR.replace("[0, 0.5, 1]", "[0, 0.5, 1e12]"), "start[2]", "at most 1e+09"),
         (PLANAR.replace("[0, 0.5, 1]", '"home"'), "start", "a list"),
-        (PLANAR.replace("duration = 1", ""), "duration", "the motion has no end of its own"),
+        (PLANAR.replace("duration = 1", ""), "duration", "the motion has no end"),
         (PLANAR.replace("duration = 1", "duration = 0"), "motion[0].duration", "at least 1e-06"),
         (planar(top="duration = 0.5"), "duration", "at least the 1 s of the motion"),
         (planar(top="period = 2"), "period", "at most the whole duration, 1 s"),
@@ -99,7 +99,7 @@ def test_a_largest_rate_that_is_nothing_in_radians_is_refused(mistakes):
         (
             planar(tables='[[faults]]\njoint = "j1"\nkind = "derated"'),
             "faults[0].fraction",
-            "missing key: what is left",
+            "missing key: remaining share",
         ),
         (planar(tables='[[faults]]\njoint = "j1"\nkind = "locked"\nrate = 1'), "faults[0].rate", "unknown key"),
         (planar(tables='[[faults]]\njoint = "j1"\nkind = "locked"\nat = 1'), "faults[0].at", "before the end at 1 s"),
@@ -160,7 +160,7 @@ def test_a_largest_rate_that_is_nothing_in_radians_is_refused(mistakes):
             "task.tool.orientation.quaternion",
             "not all 0",
         ),
-        (planar(tables='[[motion]]\nkind = "line"\nduration = 1'), "motion[1].to", "a point to go to"),
+        (planar(tables='[[motion]]\nkind = "line"\nduration = 1'), "motion[1].to", "a point, an orientation"),
         (
             planar(tables='[[motion]]\nkind = "line"\nto = [1, 2, 3]\nduration = 1\nramp = 0.2'),
             "motion[1].ramp",

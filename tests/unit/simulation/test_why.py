@@ -76,7 +76,7 @@ SENTENCES = {
     "position limits are in the way": HARDLY.format(".* s on"),
     "a joint runs away": "from 0.8 s on a runaway joint moves the tool against .*, and the others cannot stop it$",
     "two of three are locked, open loop": HARDLY.format("1 s on"),
-    "no joint works for a while, open loop": HARDLY.format("1 to 2 s") + ".*; in open loop nothing makes up for it$",
+    "no joint works for a while, open loop": HARDLY.format("1 to 2 s") + ".*; open loop does not correct the error$",
     "rate limits of 0": HARDLY.format("0 s on"),
     "the paper's second example": HARDLY.format("[234].* s on") + r"-?[0-9.]+ vx [+-] [0-9.]+ vz$",
     "a law that keeps the direction": SLOW,
@@ -223,7 +223,7 @@ def test_steps_of_an_open_loop_are_named_where_every_tick_does_its_command():
     found = run.summary()
     assert np.max(run.task_error) < 1e-9
     assert found.why.sentence == (
-        "every tick does the commanded twist; the error is that of an open loop with steps of 250 ms"
+        "every tick executes the commanded twist; the error comes from the open loop with steps of 250 ms"
     )
     assert found.why.since is None
 

@@ -1,4 +1,4 @@
-"""Scenario files: a Scenario written in TOML, and everything that is wrong with it said at once."""
+"""Scenario files in TOML; all mistakes of a file are reported at once."""
 
 from stillreach.simulation.scenario_file.load import load, scenario_names, scenario_schema
 

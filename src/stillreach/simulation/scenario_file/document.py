@@ -1,4 +1,4 @@
-"""A TOML file on its way in: its text, its values, and the line on which each of them stands."""
+"""Reading of TOML files: text, values and their lines."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Place = tuple[str | int, ...]
 MAX_BYTES = 64 * 1024
 DEEPEST = 32
 TOO_LONG = re.compile(rf"""(?<![\w"'-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){{{DEEPEST}}}""")
-"""A dotted key of more parts than that: the parser of Python takes hours for one of some thousands."""
+"""A dotted key with more parts than that: Python's parser takes hours for thousands of parts."""
 AT_LINE = re.compile(r"\(at line (\d+), column (\d+)\)")
 
 
@@ -29,10 +29,10 @@ class Document:
     """A parsed file.
 
     Args:
-        name: the file, as it was given.
-        folder: that other files are relative to.
+        name: the file name as given.
+        folder: the base of relative paths.
         content: its values.
-        text: what they were read from.
+        text: the source.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Document:
         return line_numbers(self.text)
 
     def line(self, place: Place) -> int | None:
-        """The line of a value, or of what it stands in; None for the file as a whole."""
+        """The line of a value, or of the table or list around it; None for the whole file."""
         for length in range(len(place), 0, -1):
             if place[:length] in self.lines:
                 return self.lines[place[:length]]
@@ -57,27 +57,27 @@ def read(path: Path, name: str) -> Document:
     """Read and parse a file.
 
     Args:
-        path: where it is.
-        name: what messages call it.
+        path: the file.
+        name: its name in messages.
 
     Raises:
-        ScenarioFileError: it cannot be read, or is not TOML.
+        ScenarioFileError: if it cannot be read or is not TOML.
     """
     return parse(_text(path, name), name, path.parent)
 
 
 def parse(text: str, name: str, folder: Path) -> Document:
-    """Parse the text of a file; ScenarioFileError if it is not TOML."""
+    """Parse the text of a file; raises ScenarioFileError if it is not TOML."""
     long_key = TOO_LONG.search(text)
     if long_key:
         line = text.count("\n", 0, long_key.start()) + 1
-        raise ScenarioFileError(name, [Mistake("", "a key of too many parts", f"at most {DEEPEST}", line=line)])
+        raise ScenarioFileError(name, [Mistake("", "a key with too many parts", f"at most {DEEPEST}", line=line)])
     try:
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise _syntax_error(text, name, str(error)) from None
     except ValueError:
-        raise ScenarioFileError(name, [Mistake("", "an integer of too many digits", "a TOML file")]) from None
+        raise ScenarioFileError(name, [Mistake("", "an integer with too many digits", "a TOML file")]) from None
     except RecursionError:
         raise _too_deep(name) from None
     if _depth(content) > DEEPEST:
@@ -86,17 +86,17 @@ def parse(text: str, name: str, folder: Path) -> Document:
 
 
 def _too_deep(name: str) -> ScenarioFileError:
-    return ScenarioFileError(name, [Mistake("", "tables or lists too deep in each other", f"at most {DEEPEST} levels")])
+    return ScenarioFileError(name, [Mistake("", "tables or lists nested too deep", f"at most {DEEPEST} levels")])
 
 
 def _text(path: Path, name: str) -> str:
-    """The file's text, with line feeds alone at the ends of lines."""
+    """The file's text, with line feeds as line ends."""
     expected = "a scenario file (TOML, UTF-8)"
     try:
         if not path.exists():
             raise _unreadable(name, "no such file", expected, hint(name, _files_beside(path)))
         if not path.is_file():
-            raise OSError(0, "a folder" if path.is_dir() else "no regular file")
+            raise OSError(0, "a folder" if path.is_dir() else "not a regular file")
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
     except ScenarioFileError:
@@ -116,7 +116,7 @@ def _text(path: Path, name: str) -> str:
 
 
 def _files_beside(path: Path) -> list[str]:
-    """TOML files of the folder that one was looked for in."""
+    """TOML files in the folder of a missing one."""
     try:
         return sorted(str(file) for file in path.parent.glob("*.toml") if file.is_file())
     except OSError:
@@ -128,7 +128,7 @@ def _unreadable(name: str, got: str, expected: str, hint: str = "") -> ScenarioF
 
 
 def _syntax_error(text: str, name: str, message: str) -> ScenarioFileError:
-    """The one mistake that the parser stopped at, with its line."""
+    """The mistake that stopped the parser, with its line."""
     found = AT_LINE.search(message)
     line = int(found[1]) if found else text.rstrip().count("\n") + 1
     rows = text.split("\n")
@@ -140,7 +140,7 @@ def _syntax_error(text: str, name: str, message: str) -> ScenarioFileError:
 
 
 def _depth(content: Any) -> int:
-    """How deep tables and lists are in each other, without recursion."""
+    """Nesting depth of tables and lists, without recursion."""
     depth, level = 0, [content]
     while level and depth <= DEEPEST:
         depth += 1

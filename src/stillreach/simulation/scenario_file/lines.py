@@ -1,4 +1,4 @@
-"""On which line each key of a TOML text stands. The text is known to be valid: the parser of Python has read it."""
+"""The line of each key in a TOML text that Python's parser has accepted."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from bisect import bisect_left
 from contextlib import suppress
 
-# what can stand in a value: strings of four kinds, comments, brackets; each is passed over whole
+# tokens of values: strings of four kinds, comments, brackets
 TOKEN = re.compile(
     r'"""(?:[^\\]|\\.)*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'|#[^\n]*|\n\s*|[\[\]{},=.]|[^\s"\'#\[\]{},=.]+',
     re.DOTALL,
@@ -17,9 +17,9 @@ Key = tuple[str | int, ...]
 
 
 def line_numbers(text: str) -> dict[Key, int]:
-    """The line, from 1 on, of every key, table and list entry, by the keys and indices that lead there."""
+    """The line, from 1 on, of every key, table and list entry, by keys and indices."""
     scanner = _Scanner(text)
-    with suppress(IndexError):  # a text that is not valid after all: lines are a help, no promise
+    with suppress(IndexError):  # an invalid text after all: line numbers are best effort
         scanner.run()
     return scanner.lines
 
@@ -29,7 +29,7 @@ class _Scanner:
 
     def __init__(self, text: str) -> None:
         self.lines: dict[Key, int] = {}
-        self._tables: dict[Key, int] = {}  # arrays of tables: how many came
+        self._tables: dict[Key, int] = {}  # arrays of tables: number so far
         self._prefix: Key = ()
         self._tokens = [(match[0], match.start()) for match in TOKEN.finditer(text)]
         self._ends = [match.start() for match in re.finditer("\n", text)]
@@ -76,7 +76,7 @@ class _Scanner:
         return found
 
     def _key(self, end: str) -> Key:
-        """A dotted key, up to and with the sign that ends it."""
+        """A dotted key, including the character that ends it."""
         parts: list[str] = []
         while (token := self._next()) != end:
             if token != ".":
@@ -84,7 +84,7 @@ class _Scanner:
         return tuple(parts)
 
     def _value(self, place: Key) -> None:
-        """A value, up to and without the sign after it."""
+        """A value, without the character after it."""
         if self._peek() == "[":
             self._list(place)
         elif self._peek() == "{":

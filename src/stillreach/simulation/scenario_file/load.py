@@ -20,17 +20,17 @@ if TYPE_CHECKING:
 
 SUFFIX = ".toml"
 DIALECT = "http://json-schema.org/draft-07/schema#"
-"""Of the schema: editors of TOML know no later one."""
+"""JSON schema version: TOML editors support no later one."""
 
 
 def load(path: str | os.PathLike[str]) -> Scenario:
-    """A scenario from a file, or one that comes with the package.
+    """A scenario from a file, or a built-in one.
 
     Args:
         path: a TOML file, or the name of a ready scenario (``scenario_names()``).
 
     Raises:
-        ScenarioFileError: there is no such file, or something is wrong with it: ``mistakes`` holds everything.
+        ScenarioFileError: if the file is missing or invalid; ``mistakes`` lists all mistakes.
     """
     from stillreach.simulation.scenario_file.document import read
 
@@ -38,10 +38,10 @@ def load(path: str | os.PathLike[str]) -> Scenario:
 
 
 def scenario_of(document: Document) -> Scenario:
-    """The scenario that a file describes.
+    """The scenario of a file.
 
     Raises:
-        ScenarioFileError: with everything that is wrong with its form, or else with what it means.
+        ScenarioFileError: with all mistakes of form, or else all mistakes of meaning.
     """
     from stillreach._reading import WRONG, Reading
     from stillreach.simulation.scenario_file.tables import SCENARIO
@@ -55,7 +55,7 @@ def scenario_of(document: Document) -> Scenario:
 
 
 def _sensible(settings: dict[str, Any], reading: Reading) -> Scenario | None:
-    """The scenario with these arguments; None after recording what they cannot mean together."""
+    """The scenario with these arguments, or None after recording the mistakes."""
     from stillreach.simulation.plausible import goals_beyond_reach
     from stillreach.simulation.scenario import Scenario
     from stillreach.simulation.scenario_file.meaning import check
@@ -76,7 +76,7 @@ def _sensible(settings: dict[str, Any], reading: Reading) -> Scenario | None:
 
 @cache
 def scenario_names() -> tuple[str, ...]:
-    """The names of the scenarios that come with the package, in order."""
+    """The names of the built-in scenarios, sorted."""
     folder = _ready()
     return tuple(sorted(entry.name.removesuffix(SUFFIX) for entry in folder.iterdir() if entry.name.endswith(SUFFIX)))
 
@@ -95,7 +95,7 @@ def _ready() -> Path:
 
 
 def _found(path: str | os.PathLike[str]) -> tuple[Path, str]:
-    """The file, and what messages call it."""
+    """The file and its name in messages."""
     if not isinstance(path, str | os.PathLike) or not isinstance(os.fspath(path), str):
         raise InputError("path", _door.describe(path), "the path of a scenario file, or the name of a ready scenario")
     name = os.fspath(path)
@@ -107,7 +107,7 @@ def _found(path: str | os.PathLike[str]) -> tuple[Path, str]:
 
 
 def _refuse_unknown(name: str) -> None:
-    """A word that is neither a file nor a ready scenario."""
+    """The error for a name that is neither a file nor a ready scenario."""
     try:
         if Path(name).exists():
             return

@@ -1,4 +1,4 @@
-"""What the values of a scenario file cannot mean together, each of them being right."""
+"""Checks of a scenario file's values against each other."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stillreach.task import Task
 
 
 def check(settings: dict[str, Any], reading: Reading) -> None:
-    """Records everything that is wrong between the arguments of a Scenario."""
+    """Records the contradictions between the arguments of a Scenario."""
     values = {name: own.default for name, own in SCENARIO.keys.items()} | settings
     _check_start(values, reading)
     _check_price(values, reading)
@@ -25,7 +25,7 @@ def check(settings: dict[str, Any], reading: Reading) -> None:
 
 
 def _check_start(values: dict[str, Any], reading: Reading) -> None:
-    """A start outside the position limits is likely in other units than the file's."""
+    """A start outside the position limits probably has the wrong units."""
     arm, limits = values["arm"], values["position_limits"]
     if not values["allow_outside"]:
         for joint, got, expected in outside(arm, values["start"], arm.position_limits if limits is None else limits):
@@ -34,7 +34,7 @@ def _check_start(values: dict[str, Any], reading: Reading) -> None:
 
 
 def _check_price(values: dict[str, Any], reading: Reading) -> None:
-    """Prices by rows fit the rows and the weights of the task."""
+    """Checks prices by rows against rows and weights of the task."""
     law, task = values["law"], values["task"] or Task()
     if law is not None:
         try:
@@ -44,19 +44,19 @@ def _check_price(values: dict[str, Any], reading: Reading) -> None:
 
 
 def _check_loop(values: dict[str, Any], given: set[str], reading: Reading) -> None:
-    """Settings of a feedback that there is not, and steps that do not go with the clock."""
+    """Checks feedback settings without feedback, and the integrator for the clock."""
     if values["clock"] == "arm" and values["integrator"] == "rk4":
         reading.wrong(("integrator",), "'rk4'", '"euler" with clock = "arm"')
     if values["loop"] != "closed":
         for name in sorted(given & {"track_gain", "track_limits"}):
-            reading.wrong((name,), "a setting of the feedback in an open loop", 'loop = "closed" with it')
+            reading.wrong((name,), "a feedback setting in an open loop", 'loop = "closed" with it')
 
 
 def _check_times(values: dict[str, Any], limited: bool, reading: Reading) -> None:
-    """Durations, the period and the times of faults against each other."""
+    """Checks durations, period and times of faults."""
     for place, part in enumerate(values["motion"][:-1]):
         if part.duration is None:
-            expected = "how long it takes: only the last motion may have none"
+            expected = "a duration: only the last motion may have none"
             reading.wrong(("motion", place, "duration"), "missing key", expected)
     endless = isinstance(values["motion"][-1], ConstantTwist) and values["motion"][-1].duration is None
     total = sum(part.duration or 0.0 for part in values["motion"])
@@ -64,9 +64,9 @@ def _check_times(values: dict[str, Any], limited: bool, reading: Reading) -> Non
     if limited and duration < total * (1.0 - TICK_TOLERANCE):
         reading.wrong(("duration",), f"{duration:g} s", f"at least the {total:g} s of the motion")
     if not limited and endless:
-        reading.wrong(("duration",), "missing key", "how long in all: the motion has no end of its own")
+        reading.wrong(("duration",), "missing key", "a total duration: the motion has no end")
     elif not limited and values["clock"] == "arm":
-        expected = 'how long in all: with clock = "arm" the motion takes as long as the arm needs'
+        expected = 'a total duration: with clock = "arm" the arm determines how long the motion takes'
         reading.wrong(("duration",), "missing key", expected)
     elif period > duration:
         reading.wrong(("period",), f"{period:g} s", f"at most the whole duration, {duration:g} s")
@@ -75,7 +75,7 @@ def _check_times(values: dict[str, Any], limited: bool, reading: Reading) -> Non
 
 
 def _check_fault(place: int, fault: Fault, end: float | None, period: float, reading: Reading) -> None:
-    """A fault begins before the end, and lasts for at least one tick."""
+    """Checks that a fault begins before the end and lasts for at least one tick."""
     if end is not None and fault.at >= end:
         reading.wrong(("faults", place, "at"), f"{fault.at:g} s", f"an onset before the end at {end:g} s")
     elif fault.until is not None:

@@ -1,4 +1,4 @@
-"""The table of a scenario file's arm, in one of five ways."""
+"""The table of a scenario file's arm, in one of five forms."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from stillreach.errors import InputError, MissingExtraError, RobotFileError
 LENGTH, ANGLE, NAME = Number("length"), Number("angle"), Text()
 LENGTHS = List(Number("length", least=0.0))
 NAMES = {"anyOf": [{"enum": sorted(BUILDERS)}, {"pattern": f"^({'|'.join(SIZED)})[0-9]{{1,4}}$"}]}
-"""Of built-in arms, for editors."""
+"""Names of built-in arms, for editors."""
 FILES: dict[str, Callable[..., Arm]] = {name: getattr(Arm, f"from_{name}") for name in FORMATS}
 
 
 class Robot(Choice):
-    """The arm, by the one key that each table alone has; what is read after it has its joints."""
+    """The arm. The table is chosen by its own key; values that are read later refer to its joints."""
 
     def taken(self, value: Any, place: Place, reading: Reading) -> Any:
         """An Arm."""
@@ -37,7 +37,7 @@ class Robot(Choice):
         return arm
 
     def _unknown(self, value: dict[str, Any], place: Place, reading: Reading) -> Any:
-        """What else is wrong with it, as if it were the one that was meant."""
+        """Records the other mistakes of a table, as if it were the intended one."""
         meant = [(name, near) for name in list(value)[:COMPARED] if (near := nearest(name, self.tables))][:1]
         got = f"the keys {listed(value)}" if value else "an empty table"
         hint = "".join(f"did you mean {near!r}?" for _, near in meant)
@@ -75,8 +75,8 @@ def _file_table(kind: str) -> Table:
         FILES[kind],
         **{kind: (Text(), f"The file, {WHERE}")},
         tip=(NAME, f"The {file.tip} that carries the tool"),
-        base=(NAME, "What the arm stands on, likewise; the root if absent"),
-        fixed=(Named(Number("joint")), "Joints that are held at a value and are no part of the arm"),
+        base=(NAME, "The base of the arm, likewise; the root if absent"),
+        fixed=(Named(Number("joint")), "Joints that are held at a value and are not part of the arm"),
     )
     return Table(f"{file.word}Robot", f"A robot from a file in {file.word}.", own, _from_file)
 
@@ -90,7 +90,7 @@ ROW = Table(
         alpha=(ANGLE, "Link twist, about x"),
         d=(LENGTH, "Link offset, along z"),
         theta=(ANGLE, "Joint angle, about z"),
-        kind=(Word(*KINDS), "What the joint is"),
+        kind=(Word(*KINDS), "Kind of the joint"),
         name=(NAME, "The joint's name; j1, j2, ... if absent"),
     ),
     lambda values, reading: DHRow(**values),
@@ -100,7 +100,7 @@ ROBOT = Robot(
     {
         "arm": Table(
             "BuiltInRobot",
-            "An arm that comes with stillreach.",
+            "A built-in arm.",
             {
                 "arm": Key(Text(names=NAMES), "Its name, e.g. panda or planar3"),
                 "n": Key(

@@ -1,4 +1,4 @@
-"""The table of a scenario file: the arguments of Scenario, most of them as tables and kinds of their own."""
+"""The table of a scenario file: the arguments of Scenario, most of them tables or kinds."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ UNITS = Table(
 )
 TOOL = Table(
     "Tool",
-    "The task's point and axes seen from the arm's tool.",
+    "The task's point and axes in the frame of the arm's tool.",
     {
         "position": Key(List(*[Number("length")] * 3), "The point; that of the tool if absent", None),
         "orientation": Key(ORIENTATION, "Its axes; those of the tool if absent", None),
@@ -86,10 +86,10 @@ TOOL = Table(
 )
 WEIGHTS = Table(
     "Weights",
-    "What counts as 1 in task errors and joint rates, and how much each row and joint counts.",
+    "Units of task errors and joint rates, and weights of rows and joints.",
     {
-        "length": Key(Number("length", above=0.0), "What counts as 1; one metre if absent", None),
-        "angle": Key(Number("angle", above=0.0), "What counts as 1; one radian if absent", None),
+        "length": Key(Number("length", above=0.0), "Unit of length; one metre if absent", None),
+        "angle": Key(Number("angle", above=0.0), "Unit of angle; one radian if absent", None),
         "task": Key(_weight(6, 6), "Weights of the squared task error: 6, or 6 lists of 6", None),
         "joints": Key(_weight(), "Weights of the squared rates: one a joint, or a matrix", None),
     },
@@ -102,9 +102,9 @@ TASK = Table(
         Task,
         rows=(
             Either(Word(*ROWS), List(*[Flag()] * 6, check=NOT_ALL_ZERO)),
-            "What is asked, or six true or false over vx, vy, vz, wx, wy, wz",
+            "The rows, or six booleans for vx, vy, vz, wx, wy, wz",
         ),
-        frame=(Word(*FRAMES), "The axes that the rows are taken along"),
+        frame=(Word(*FRAMES), "The axes of the rows"),
         tool=(TOOL, "The task's point; the arm's tool if absent"),
         weights=(WEIGHTS, "Units and weights of task errors and rates"),
     ),
@@ -113,40 +113,40 @@ TASK = Table(
 POSITIONS = List(*[Number("joint", least=-INF, most=INF)] * 2, check=LOWER_FIRST)
 SCENARIO = Table(
     "Scenario",
-    "A scenario: which arm starts where, what it is told, what breaks and when.",
+    "A scenario: arm, start, motion and faults.",
     keys_for(
         Scenario,
         name=(Text(0, 200), "Title of plots and files"),
-        description=(Text(0, 10_000), "What it shows, for readers"),
+        description=(Text(0, 10_000), "Description for readers"),
         robot=(ROBOT, "The arm"),
         start=(PerJoint(Number("joint")), "Joint values at time 0: all, or by name, 0 for the others"),
-        motion=(List(Choice(tables_of(MOTIONS)), most=MOST_PARTS), "What the tool is to do, in order"),
-        faults=(List(Choice(fault_tables()), least=0, most=MOST_PARTS), "What fails when"),
-        law=(Choice(tables_of(LAWS)), f"How the rates are found; {LAWS[0].word} if absent"),
+        motion=(List(Choice(tables_of(MOTIONS)), most=MOST_PARTS), "Motions of the tool, in order"),
+        faults=(List(Choice(fault_tables()), least=0, most=MOST_PARTS), "Faults"),
+        law=(Choice(tables_of(LAWS)), f"The law; {LAWS[0].word} if absent"),
         task=(TASK, "Which part of the motion is the task; the whole pose if absent"),
-        null_motion=(Choice(tables_of(NULL_MOTIONS)), "What the freedom that is left is used for"),
+        null_motion=(Choice(tables_of(NULL_MOTIONS)), "Use of the remaining freedom"),
         period=(TIME, "Time between ticks"),
-        duration=(TIME, "How long in all; as long as the motion if absent"),
-        integrator=(Word(*INTEGRATORS), "How the arm is moved from tick to tick"),
+        duration=(TIME, "Total duration; that of the motion if absent"),
+        integrator=(Word(*INTEGRATORS), "Integration from tick to tick"),
         loop=(Word(*LOOPS), "Whether the tool's pose is fed back"),
-        clock=(Word(*CLOCKS), "Whether the motion goes on without the arm"),
+        clock=(Word(*CLOCKS), "Whether the motion waits for the arm"),
         track_gain=(Number("1/s", least=0.0), "Gain of the feedback"),
         track_limits=(List(limit("length/s"), limit("angle/s")), "Largest correction; what one joint can do if absent"),
         velocity_limits=(
             PerJoint(limit("joint/s"), one_for_all=True, others="velocity_limits"),
-            "In place of the arm's own",
+            "Instead of the arm's own",
         ),
         position_limits=(
             PerJoint(POSITIONS, one_for_all=True, others="position_limits"),
-            "Lower and upper, in place of the arm's own",
+            "Lower and upper, instead of the arm's own",
         ),
         acceleration_limits=(
             PerJoint(limit("joint/s²"), one_for_all=True, others="acceleration_limits"),
-            "In place of the arm's own",
+            "Instead of the arm's own",
         ),
-        return_rate=(Number("arm/s", least=0.0), "At which joints outside their limits are asked back"),
-        allow_outside=(Flag(), "Take a start outside the position limits, and goals beyond the arm's reach"),
-        transition_rate=(Number("1/s", least=0.0), "How fast the null motion takes over after a fault"),
+        return_rate=(Number("arm/s", least=0.0), "Rate at which joints outside their limits return"),
+        allow_outside=(Flag(), "Accept a start outside the position limits, and goals beyond the arm's reach"),
+        transition_rate=(Number("1/s", least=0.0), "Rate at which the null motion fades in after a fault"),
     ),
     _scenario,
 )
