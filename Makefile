@@ -7,9 +7,9 @@ STAMPS := .venv/stamps
 CMAKE := PATH="$(CURDIR)/$(BIN):$$PATH" cmake
 # The wheel is built where the C++ tests are: the kernels are compiled once for both.
 SHARED := -C build-dir=build/cpp -C build.targets=_core_stub -C cmake.define.STILLREACH_PYTHON=ON
-SOURCES := $(shell find src include bindings -name __pycache__ -prune -o -print) CMakeLists.txt pyproject.toml LICENSE README.md
-LINTED := $(wildcard src tests examples bench scripts docs)
-CPP_LINTED := $(shell find $(wildcard include bindings dispatch tests/cpp bench) -name "*.?pp" -o -name "*.cu")
+SOURCES := $(shell find src include bindings dispatch cmake -name __pycache__ -prune -o -print) CMakeLists.txt pyproject.toml LICENSE README.md
+LINTED := $(wildcard src tests examples bench scripts docs conanfile.py)
+CPP_LINTED := $(shell find include bindings dispatch tests bench -name "*.?pp" -o -name "*.cu")
 
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1

@@ -23,6 +23,8 @@ from bench.rows import PART_OVER, ROWS, Rows, make_rows
 from bench.timing import Row, machine_note, measure, pin_to_one_core
 from bench.workload import arm
 from stillreach import _core
+from stillreach.batch import BatchSolution
+from stillreach.rollouts import BatchRollout
 
 FEW, PIECES = 20_000, 10
 LAWS: dict[str, sr.Law] = {
@@ -73,7 +75,7 @@ def solver(law: sr.Law, rows: Rows, threads: int = 1, *, new: bool = False) -> C
     robot, rates = arm(), np.empty_like(rows.q)
     shared = rows.bounds(slice(None)) if rows.lower.ndim == 1 else None
 
-    def run(part: slice) -> sr.BatchSolution:
+    def run(part: slice) -> BatchSolution:
         bounds, out = shared or rows.bounds(part), None if new else rates[part]
         return sr.solve_batch(robot, law, rows.q[part], rows.twist[part], bounds, out=out, threads=threads)
 
@@ -95,7 +97,7 @@ def roller(rows: Rows) -> Callable[[slice], object]:
     """Rollouts of STEPS steps from so few of the rows that all their steps are as many as the rows."""
     robot, bounds = arm(), rows.bounds(slice(None))
 
-    def run(part: slice) -> sr.BatchRollout:
+    def run(part: slice) -> BatchRollout:
         few = slice(part.start, part.start + max(1, (part.stop - part.start) // STEPS))
         q, twist = rows.q[few], rows.twist[few]
         return sr.rollout_batch(robot, sr.LeastError(), q, twist, bounds, period=0.001, steps=STEPS, threads=1)

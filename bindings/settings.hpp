@@ -5,9 +5,10 @@
 #include <vector>
 
 #include "door.hpp"
-#include "kernels.hpp"
 #include "lock.hpp"
+#include "stillreach/dispatch.hpp"
 
+using stillreach::kernel;
 using stillreach::to_size;
 
 struct Law {

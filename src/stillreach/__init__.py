@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from stillreach import insight as insight
     from stillreach import null_motions as null_motions
     from stillreach._core import Solution as Solution
+    from stillreach._cpp import *
     from stillreach.arm import *
     from stillreach.batch import *
     from stillreach.bounds import *
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 # Names are imported on first use: `stillreach --version` needs none of them, nor NumPy.
 _MODULES = ("arms", "errors", "insight", "null_motions")
 _SINGLE = {"InputError": "errors", "StillreachError": "errors", "Solution": "_core"}
-_WHOLE = ("status", "arm", "bounds", "faults", "task", "laws", "batch", "rollouts", "control", "simulation")
+_WHOLE = ("_cpp", "status", "arm", "bounds", "faults", "task", "laws", "batch", "rollouts", "control", "simulation")
 """Modules whose ``__all__`` is public here, those that need least first."""
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from stillreach import _door
 from stillreach._messages import one_of, shown
 from stillreach._reading import WRONG, Place, Reading
 from stillreach._units import ANGLES, LENGTHS, quantity
+from stillreach.errors import InputError
 
 LARGEST = 1e9
 INF = math.inf
@@ -52,6 +54,10 @@ class Form:
         """What a text of a command line is in a file; InputError or the text itself where it is something else."""
         return text
 
+    def checked(self, name: str, value: Any) -> Any:
+        """A value that Python code gave, in SI units; InputError where it is something else."""
+        raise NotImplementedError
+
     def schema(self, tables: Schema) -> Schema:
         """Its JSON schema; tables that it refers to are put in ``tables`` by name."""
         raise NotImplementedError
@@ -75,7 +81,13 @@ class Number(Form):
         checks = [(above, float.__gt__, "above"), (least, float.__ge__, "of at least")]
         checks += [(most, float.__le__, "of at most"), (below, float.__lt__, "below")]
         self._checks = [(bound, holds, f"a number {words} {bound:g}") for bound, holds, words in checks]
-        self.expected = self._checks[above == -INF][2] if above > -INF or least == 0.0 else "a number"
+        if least > -LARGEST and most < LARGEST:
+            self.expected = f"a number from {least:g} to {most:g}"
+            self._checks = [(bound, holds, self.expected) for bound, holds, _ in self._checks]
+        elif above > -INF or least == 0.0:
+            self.expected = self._checks[above == -INF][2]
+        else:
+            self.expected = "a number"
         keys = {"exclusiveMinimum": above} if above > -INF else {"minimum": least}
         keys |= {"exclusiveMaximum": below} if below < INF else {"maximum": most}
         self._range = {name: bound for name, bound in keys.items() if math.isfinite(bound)}
@@ -92,6 +104,14 @@ class Number(Form):
             if not holds(number, bound) and math.isfinite(bound):
                 return reading.wrong(place, shown(value), words)
         return number * reading.factor(self._unit)
+
+    def checked(self, name: str, value: Any) -> float:
+        """In its range; what only guards files against nonsense is legal."""
+        number = _door.scalar(name, value, allow_inf=self._infinite)
+        for bound, holds, words in self._checks:
+            if abs(bound) < LARGEST and not holds(number, bound):
+                raise InputError(name, f"{number:g}", words)
+        return number
 
     def spoken(self, text: str, argument: str, reading: Reading) -> Any:
         """A number, bare or with a unit."""
@@ -139,6 +159,13 @@ class Sign(Number):
     def taken(self, value: Any, place: Place, reading: Reading) -> Any:
         """As it is."""
         return float(value) if value in (1, -1) else reading.wrong(place, shown(value), self.expected)
+
+    def checked(self, name: str, value: Any) -> float:
+        """As it is."""
+        number = super().checked(name, value)
+        if number not in (1.0, -1.0):
+            raise InputError(name, f"{number:g}", self.expected)
+        return number
 
     def schema(self, tables: Schema) -> Schema:
         """The two."""

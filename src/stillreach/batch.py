@@ -19,7 +19,7 @@ from stillreach.laws import Law
 from stillreach.laws.law import row_names
 from stillreach.task import Task, task_of
 
-__all__ = ["BatchSolution", "solve_batch"]
+__all__ = ["solve_batch"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 
 from stillreach import _door
 from stillreach._forms import INF, JointName, Number, Sign
-from stillreach._kinds import Kind, Table, about, key, keys_of
+from stillreach._kinds import Kind, key, keys_of
 from stillreach._reading import Reading
+from stillreach._tables import Table, about
 from stillreach.errors import InputError
 from stillreach.status import Health
 
@@ -31,10 +32,15 @@ class FaultKind(Kind):
         """What is left of the joint's velocity limits, 0 to 1."""
         return 1.0
 
+    def __post_init__(self) -> None:
+        for name, own in self.keys().items():
+            object.__setattr__(self, name, own.form.checked(name, getattr(self, name)))
+
     @property
     def numbers(self) -> tuple[float, float]:
-        """The two numbers that the core reads beside the state."""
-        return 0.0, 0.0
+        """The two numbers that the core reads beside the state: the settings."""
+        first, second, *_ = *vars(self).values(), 0.0, 0.0
+        return first, second
 
     def sentence(self, *, slides: bool) -> str:
         """The fault in a few words, for a joint that slides or turns."""
@@ -63,17 +69,6 @@ class Derated(FaultKind):
 
     fraction: float = field(metadata=key(Number(least=0.0, most=1.0), "What is left of the velocity limits, 0 to 1"))
 
-    def __post_init__(self) -> None:
-        value = _door.scalar("fraction", self.fraction)
-        if not 0.0 <= value <= 1.0:
-            raise InputError("fraction", f"{value:g}", "a number from 0 to 1")
-        object.__setattr__(self, "fraction", value)
-
-    @property
-    def numbers(self) -> tuple[float, float]:
-        """The fraction."""
-        return self.fraction, 0.0
-
     @property
     def share(self) -> float:
         """The fraction."""
@@ -97,14 +92,6 @@ class Runaway(FaultKind):
     leaves_choice = False
 
     rate: float = field(metadata=key(Number("joint/s"), "The rate"))
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "rate", _door.scalar("rate", self.rate))
-
-    @property
-    def numbers(self) -> tuple[float, float]:
-        """The rate."""
-        return self.rate, 0.0
 
     def sentence(self, *, slides: bool) -> str:
         """``runs away, 3 deg/s``."""
@@ -130,16 +117,10 @@ class Confined(FaultKind):
     upper: float = field(metadata=key(Number("joint", least=-INF, most=INF), "The upper end of its range"))
 
     def __post_init__(self) -> None:
-        lower, upper = (_door.scalar(name, getattr(self, name), allow_inf=True) for name in ("lower", "upper"))
-        if lower > upper or lower == INF or upper == -INF:
-            raise InputError("lower", f"{lower:g} with upper {upper:g}", "lower <= upper, with room for a position")
-        object.__setattr__(self, "lower", lower)
-        object.__setattr__(self, "upper", upper)
-
-    @property
-    def numbers(self) -> tuple[float, float]:
-        """The ends."""
-        return self.lower, self.upper
+        super().__post_init__()
+        if self.lower > self.upper or self.lower == INF or self.upper == -INF:
+            got = f"{self.lower:g} with upper {self.upper:g}"
+            raise InputError("lower", got, "lower <= upper, with room for a position")
 
     def sentence(self, *, slides: bool) -> str:
         """``confined to -30 deg … 45 deg``."""
@@ -158,17 +139,6 @@ class OneWay(FaultKind):
     health = Health.ONE_WAY
 
     direction: float = field(metadata=key(Sign(), "1: rates of at least 0; -1: at most 0"))
-
-    def __post_init__(self) -> None:
-        value = _door.scalar("direction", self.direction)
-        if value not in (1.0, -1.0):
-            raise InputError("direction", f"{value:g}", "+1 or -1")
-        object.__setattr__(self, "direction", value)
-
-    @property
-    def numbers(self) -> tuple[float, float]:
-        """The direction."""
-        return self.direction, 0.0
 
     def sentence(self, *, slides: bool) -> str:
         """``moves one way, +``."""

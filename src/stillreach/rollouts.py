@@ -19,7 +19,7 @@ from stillreach.errors import InputError
 from stillreach.laws import Law
 from stillreach.task import Task, task_of
 
-__all__ = ["BatchRollout", "rollout_batch"]
+__all__ = ["rollout_batch"]
 
 INTEGRATORS = ("euler", "rk4")
 MOST_STEPS = 10**12

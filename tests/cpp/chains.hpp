@@ -87,7 +87,8 @@ inline Chain skew_chain(int n, std::uint64_t seed) {
       a[2] = -1.0;
     }
     const double size = __builtin_sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
-    c.joint(random.between(-0.4, 0.4), random.between(-0.4, 0.4), random.between(0.1, 0.5), a[0] / size, a[1] / size, a[2] / size,
+    const double at[3] = {random.between(-0.4, 0.4), random.between(-0.4, 0.4), random.between(0.1, 0.5)};  // in this order
+    c.joint(at[0], at[1], at[2], a[0] / size, a[1] / size, a[2] / size,
             i % 4 == 3 ? stillreach::JointKind::PRISMATIC : stillreach::JointKind::REVOLUTE);
   }
   c.shift(0.1, 0.2, 0.3);

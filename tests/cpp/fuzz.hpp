@@ -9,7 +9,9 @@
 
 #include "chains.hpp"
 #include "check.hpp"
-#include "kernels.hpp"
+#include "stillreach/dispatch.hpp"
+
+using stillreach::kernel;
 
 using Numbers = std::vector<double>;
 using Codes = std::vector<std::int8_t>;

@@ -2,9 +2,13 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "kernels.hpp"
+#include "stillreach/kernel.hpp"
 
-const stillreach::Kernel& stillreach_kernel_baseline() {
+namespace stillreach {
+
+const Kernel& kernel_baseline() {
   std::puts("skipped: this build is for processors with AVX2");
   std::exit(77);
 }
+
+}  // namespace stillreach

@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "chains.hpp"
-#include "kernels.hpp"
+#include "stillreach/dispatch.hpp"
 #include "stillreach/problem/workspace.hpp"
+
+using stillreach::kernel;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 

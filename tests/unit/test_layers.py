@@ -14,6 +14,7 @@ PACKAGE = ROOT / "src" / "stillreach"
 LAYERS = (
     {
         "_core",
+        "_cpp",
         "errors",
         "_labels",
         "_door",
@@ -28,7 +29,8 @@ LAYERS = (
     },
     {"arm"},
     {"arms"},
-    {"_forms", "_kinds", "_lists", "_reading", "bounds", "faults", "null_motions", "task", "status", "insight"},
+    {"_forms", "_kinds", "_lists", "_reading", "_tables"},
+    {"bounds", "faults", "null_motions", "task", "status", "insight"},
     {"laws"},
     {"batch", "rollouts"},
     {"control"},
@@ -42,7 +44,7 @@ RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names}
 PUBLIC_API = RANK["tolerance"]  # `import stillreach` brings in everything up to here
 ALLOWED = {(layer, "plot", "show") for layer in ("arm", "simulation")}  # (layer, function, imported layer)
 HEADER_LAYERS = ("simd", "linear", "kinematics", "problem", "bounded", "laws", "control", "batch")
-LAST_HEADERS = {"kernel.hpp", "cuda.hpp"}  # the others beside the folders, config.hpp and types.hpp, come first
+LAST_HEADERS = {"kernel.hpp", "dispatch.hpp", "cuda.hpp"}  # config.hpp and types.hpp come first
 
 
 def header_rank(path: str) -> int:

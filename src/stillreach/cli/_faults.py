@@ -78,7 +78,10 @@ def _kind(arm: Arm, index: int, text: str) -> FaultKind:
     for part, (key, own) in zip(parts, keys.items(), strict=True):
         given[key] = own.form.read(own.form.spoken(part, f"--fail {name}", reading), (key,), reading)
     reading.raise_first(f"--fail {name} ")
-    return kind.read(given, reading)
+    try:
+        return kind.read(given, reading)
+    except InputError as error:
+        raise InputError(f"--fail {name} {error.argument}", error.got, error.expected) from None
 
 
 def _expected() -> str:

@@ -15,13 +15,12 @@ if TYPE_CHECKING:
 def print_inspection(source: str, found: Losses) -> None:
     """Joints, what the arm can do at a configuration, what it loses with each joint, and a verdict."""
     from stillreach._words import shown_length
+    from stillreach.arm.describe import headline
     from stillreach.arm.losses import HEAD
     from stillreach.cli._terminal import console, print_table, table
 
     out, arm = console(), found.arm
-    slides = int(arm.kinds.sum())
-    kinds = " + ".join(f"{k} {kind}" for k, kind in ((arm.n - slides, "revolute"), (slides, "prismatic")) if k)
-    out.print(f"{arm.name}: {kinds} joint{'s' if arm.n > 1 else ''}, reach at most {shown_length(arm.reach)}\n")
+    out.print(f"{headline(arm)}\n")
     print_table(_joint_table(arm))
     place = ", ".join(shown_length(x) for x in arm.forward(found.q)[:3, 3])
     out.print(f"\n{source[0].upper()}{source[1:]}: the tool is at ({place}).")

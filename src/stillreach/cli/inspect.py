@@ -55,11 +55,11 @@ def inspect(
     Prints joints, axes, limits and reach; at a configuration the singular values of the Jacobian, and what is left of
     them when one joint is locked; and which joint the arm can spare least.
     """
-    from stillreach.cli._gauge import lost_below as speeds
-    from stillreach.cli._gauge import task_of
     from stillreach.cli._inspection import print_inspection
     from stillreach.cli._joints import assignments, configuration
     from stillreach.cli._robots import load_arm
+    from stillreach.cli._task import lost_below as speeds
+    from stillreach.cli._task import task_of
     from stillreach.cli._terminal import print_json
 
     task, least = task_of(rows, frame), speeds(lost_below)

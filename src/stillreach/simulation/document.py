@@ -65,10 +65,10 @@ def scenario_data(scenario: Scenario) -> dict[str, Any]:
     Raises:
         InputError: a law, motion or null motion of a class that is not one of stillreach's.
     """
-    motion = scenario.null_motion
-    if isinstance(motion, NullMotion):
-        scenario = replace(scenario, null_motion=_in_joint_order(motion, scenario.arm))
-    return {"format": FORMAT, **_settings(scenario)}
+    values = {name: getattr(scenario, name) for name in inspect.signature(Scenario).parameters}
+    if isinstance(scenario.null_motion, NullMotion):
+        values["null_motion"] = _in_joint_order(scenario.null_motion, scenario.arm)
+    return {"format": FORMAT, **{name: _data(value) for name, value in values.items()}}
 
 
 def scenario_text(scenario: Scenario) -> str:

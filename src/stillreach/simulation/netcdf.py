@@ -48,23 +48,16 @@ MOST_COMPRESSED = 1100
 
 
 def to_dataset(run: Run) -> xarray.Dataset:
-    """The run as a Dataset with dimensions time, joint, row, column and component."""
+    """The run as a Dataset, as xarray reads it from a file."""
+    h5netcdf = _h5netcdf("run.to_xarray()")
     try:
         import xarray
     except ImportError as error:
         raise MissingExtraError("netcdf", "run.to_xarray()") from error
-    variables = {
-        entry.name: (("time", *entry.axes), getattr(run, entry.name), _attributes(entry, run.joint_units))
-        for entry in FIELDS
-        if entry.name != "time"
-    }
-    coordinates = {
-        name: (axis, np.array(texts, dtype=object), {"long_name": LABELS[name][1]})
-        for (name, texts), (axis, _) in zip(_texts(run).items(), LABELS.values(), strict=True)
-    }
-    variables[SCENARIO] = ((), np.array(scenario_text(run.scenario), dtype=object), ABOUT_SCENARIO)
-    time = ("time", run.time, _attributes(FIELDS[0], run.joint_units))
-    return xarray.Dataset(variables, {"time": time, **coordinates}, attrs=_labels(run))
+    memory = io.BytesIO()
+    with h5netcdf.File(memory, "w") as file:
+        _fill(file, run, scenario_text(run.scenario))
+    return xarray.load_dataset(memory, engine="h5netcdf", decode_times=False)
 
 
 def write(run: Run, path: str | os.PathLike[str]) -> None:
@@ -236,10 +229,10 @@ def _fill(file: Any, run: Run, scenario: str) -> None:
 
     sizes = {axis: size or len(run.joint_names) for axis, size in AXES.items()}
     file.dimensions = {"time": len(run) or None, **sizes}  # a dimension of length 0 can only grow: None
-    for name, texts in _texts(run).items():
-        axis, long_name = LABELS[name]
+    texts = {"joint": run.joint_names, "joint_unit": run.joint_units, "component": TWIST_COMPONENTS}
+    for name, (axis, long_name) in LABELS.items():
         text = file.create_variable(name, (axis,), h5py.string_dtype())
-        text[...] = np.array(texts, dtype=object)
+        text[...] = np.array(texts[name], dtype=object)
         text.attrs["long_name"] = long_name
     for entry in FIELDS:
         variable = file.create_variable(entry.name, ("time", *entry.axes), entry.dtype, data=getattr(run, entry.name))
@@ -249,10 +242,6 @@ def _fill(file: Any, run: Run, scenario: str) -> None:
     variable = file.create_variable(SCENARIO, ("letter",), letters.dtype, data=letters)
     variable.attrs.update(ABOUT_SCENARIO)
     file.attrs.update(_labels(run))
-
-
-def _texts(run: Run) -> dict[str, tuple[str, ...]]:
-    return {"joint": run.joint_names, "joint_unit": run.joint_units, "component": TWIST_COMPONENTS}
 
 
 def _attributes(entry: Field, joint_units: tuple[str, ...]) -> dict[str, Any]:

@@ -10,9 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from stillreach import _door
 from stillreach._door import FloatArray
 from stillreach._rotations import exp, log
 from stillreach.errors import InputError
@@ -90,25 +88,6 @@ def held_between(poses: FloatArray, period: float) -> FloatArray:
     """The twists (K, 6) that, each held for a period, lead from pose to pose of (K + 1, 4, 4)."""
     turns = poses[1:, :3, :3] @ np.swapaxes(poses[:-1, :3, :3], 1, 2)
     return np.hstack([np.diff(poses[:, :3, 3], axis=0), log(turns)]) / period
-
-
-def followed(T_start: npt.ArrayLike, twists: npt.ArrayLike, durations: npt.ArrayLike) -> FloatArray:
-    """The poses of a tool that follows held twists exactly, one after the other.
-
-    Args:
-        T_start: (4, 4) [m] pose at the start.
-        twists: (K, 6) [m/s, rad/s].
-        durations: (K,) or one for all [s] how long each is held.
-
-    Returns:
-        (K + 1, 4, 4) [m], the start first.
-
-    Raises:
-        InputError: a start that is not rigid, twists of another shape, or another number of durations.
-    """
-    held = _door.matrix("twists", twists, (None, 6))
-    times = _door.vector("durations", durations, len(held))
-    return _moved(_door.pose("T_start", T_start), held * times[:, None])
 
 
 def led_to(T_start: FloatArray, motion: Sequence[Motion], part: int, times: FloatArray) -> FloatArray:

@@ -66,7 +66,12 @@ class Run(Record):
             allowed_distance: [m] distance from the goal at which the tool has arrived; None: 1 % of the way, at least
                 1 mm.
             allowed_angle: [rad] likewise; None: 1 % of the turn, at least 1 deg.
+
+        Raises:
+            InputError: the run has no tick.
         """
+        if not len(self):
+            raise InputError("run", "no tick", "a run of at least one tick")
         return summary(self, allowed_distance=allowed_distance, allowed_angle=allowed_angle)
 
     def plot(self, found: Summary | None = None) -> Figure:
@@ -76,6 +81,7 @@ class Run(Record):
             found: a summary of the run, whose verdict is written on it; None makes one.
 
         Raises:
+            InputError: the run has no tick.
             MissingExtraError: matplotlib is not installed (extra ``plot``).
         """
         from stillreach.show.outcome import outcome

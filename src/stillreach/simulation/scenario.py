@@ -85,7 +85,7 @@ class Scenario:
         description: what it shows, for readers; `stillreach run` prints its first paragraph.
 
     Raises:
-        InputError: an argument is none of this.
+        InputError: if an argument is invalid.
         UnknownJointError: a fault names a joint that the arm does not have.
     """
 

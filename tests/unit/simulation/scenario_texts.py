@@ -60,5 +60,5 @@ EIGHT = [
     (15, "motion[0].to[2]", "nan", "a finite number", ""),
     (19, "law.kind", "'least error'", "'least-error'", "did you mean 'least-error'?"),
     (22, "faults[0].joint", "'j22'", "a joint of planar3: j1, j2, j3", "did you mean 'j2'?"),
-    (29, "faults[1].fraction", "1.5", "a number of at most 1", ""),
+    (29, "faults[1].fraction", "1.5", "a number from 0 to 1", ""),
 ]

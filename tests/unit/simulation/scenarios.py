@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 import stillreach as sr
 from tests.unit.arm.odd_arms import placement, random_joints
@@ -15,6 +16,17 @@ def eight_joints():
 
 def eight_joints_start():
     return np.linspace(-0.6, 0.8, 8)
+
+
+def followed(T_start, twists, durations):
+    """(K + 1, 4, 4) poses of a tool that follows K twists, each held for a time, with SciPy's rotations."""
+    poses = [np.asarray(T_start)]
+    for (*v, wx, wy, wz), held in zip(twists, np.broadcast_to(durations, len(twists)), strict=True):
+        T = poses[-1].copy()
+        T[:3, 3] += held * np.array(v)
+        T[:3, :3] = Rotation.from_rotvec([held * wx, held * wy, held * wz]).as_matrix() @ T[:3, :3]
+        poses.append(T)
+    return np.array(poses)
 
 
 def waving(t):

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from io import BytesIO
 
 import numpy as np
+import pandas as pd
 import pytest
 from matplotlib import pyplot
 
@@ -36,6 +37,7 @@ SETTINGS = {
     "weights of both": {"law": sr.LeastError(weights=WEIGHTS), "task": sr.Task(weights=WEIGHTS)},
     "rows": {"task": sr.Task(rows=np.array([True, False, True, False, False, True]), frame="tool", tool=TOOL)},
     "posture by name": {"null_motion": Posture(q={f"j{k}": k / 7 for k in range(8, 0, -1)}, max_rate=0.2)},
+    "posture as a series": {"null_motion": Posture(q=pd.Series({f"j{k}": k / 7 for k in range(8, 0, -1)}))},
     "centring": {"null_motion": Centring(gain=0.3), "position_limits": (-2.0, 3.0)},
     "manipulability": {"null_motion": Manipulability(gain=0.5)},
     "rates": {"null_motion": Rates(rates=np.linspace(-0.1, 0.1, 8))},

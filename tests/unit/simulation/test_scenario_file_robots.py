@@ -23,7 +23,7 @@ def test_an_arm_with_a_slide_takes_lengths_and_angles_each_in_its_unit(load):
     scenario = load(
         'start = [200, 90, 0]\nvelocity_limits = [500, 90, 90]\n[units]\nlength = "mm"\nangle = "deg"\n'
         + RAIL
-        + '[[motion]]\nkind = "wait"\nduration = 1\n'
+        + WAIT
         + '[[faults]]\njoint = "rail"\nkind = "runaway"\nrate = 100\n'
     )
     rows = [

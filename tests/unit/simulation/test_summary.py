@@ -7,8 +7,7 @@ from scipy.optimize import linprog
 import stillreach as sr
 from stillreach.simulation.commanded import commanded, deviation
 from stillreach.simulation.held import held_back, rate_shares
-from stillreach.simulation.path import followed
-from tests.unit.simulation.scenarios import first_ticks
+from tests.unit.simulation.scenarios import first_ticks, followed
 
 SLIDE = sr.Task(rows=(True, False, False, False, False, False))
 
