@@ -2,13 +2,14 @@
 // there, goes to its maximum (trust_region.hpp) and searches along the segment between; a concave function of finitely many pieces.
 #pragma once
 
-#include "stillreach/bounded/trust_region.hpp"
+#include "stillreach/bounded/interior.hpp"
 
 STILLREACH_BEGIN
 
 constexpr int kPriceSteps = 60;         // most pieces
 constexpr int kPatience = 20;           // of which without singular values,
-constexpr double kConfirmed = 1e4;      // a gap of so many times what is enough is not rounding
+constexpr double kEpsilon = 2e-16;
+constexpr double kConfirmed = 4.0;      // a gap of so many times what is enough is not rounding
 constexpr int kUndisturbed = 8;         // and before the best answer so far may do
 constexpr double kLoose = 0.1;          // relative error of |u_g| on a piece that may not be the last
 constexpr double kRestRounding = 16.0;  // a right-hand side that no column reaches counts from so many times the rounding
@@ -64,13 +65,13 @@ inline double longest_column(Rows<M> m, const Box& b) {
   return square_root(square);
 }
 
-// Rounding of A'u and of the residual at the present multiplier. longest: of the columns.
+// Rounding of A'u and of the residual at the present multiplier.
 template <int M>
-inline void measure_rounding(Rows<M> m, double rhs_size, double longest, const Box& b, Priced& d) {
+inline void measure_rounding(Rows<M> m, const Box& b, Priced& d) {
   double most = 0.0;
   for (int i = 0; i < b.k; ++i) most = larger(most, magnitude(b.z[i]));
-  d.slack = 1e-15 * longest * size_of(m, d.u), d.rounding = 2e-16 * (rhs_size + longest * most);
-  d.noise = madd(longest, d.slack, 20.0 * d.rounding);
+  d.slack = 1e-15 * d.longest * size_of(m, d.u), d.rounding = kEpsilon * madd(d.longest, most, d.rhs_size);
+  d.noise = madd(d.longest, d.slack, 20.0 * d.rounding);
 }
 
 // The piece at the present multiplier, as states of the variables: what differs from before by no more than rounding stays. Returns
@@ -236,6 +237,10 @@ inline STILLREACH_NOINLINE bool careful_step(Rows<M> m, const double* rhs, Box& 
   const int free = free_columns(b, columns, index);
   double c[kStride], next[kStride] = {0, 0, 0, 0, 0, 0, 0, 0};
   piece_target(m, rhs, columns, free, b, d, c);
+  double most = 0.0;
+  for (int i = 0; i < b.k; ++i)
+    if (b.state[i] != 0) most = larger(most, magnitude(b.z[i]));
+  d.rounding = kEpsilon * (madd(d.longest, most, d.rhs_size) + size_of(m, c));
   Spectrum s;
   spectrum(m(), columns, index, free, 0.0, b.work, s);
   double rest[kRows];
@@ -249,23 +254,20 @@ inline STILLREACH_NOINLINE bool careful_step(Rows<M> m, const double* rhs, Box& 
     ++b.iterations;
   } else {
     CarefulPiece<M> piece(m, s);
-    for (int g = 0; g < d.parts; ++g) {
-      d.least[g] = 1e-9 * d.rounding / d.most[g];
-      if (outside == 0.0 && s.rank < m()) d.kappa[g] = 0.0;  // the task can be done: whether at these prices, ratios of kappa tell
-    }
-    b.iterations += trust_regions(m, piece, d, c, kTight, next);
-    for (int g = 0; g < d.parts; ++g) d.least[g] = 0.0;
+    b.iterations += Interior<M>{m, piece, d}.solve(c, next);
   }
   afford(m, d, next);
-  if (climb(m, rhs, next, true, b, w, d) == PARTLY || classify(b, w, d.slack)) return false;
-  if (!b.weight) careful_rates(m, s, c, d, next, free, b);
-  if (d.parts == 1) return true;
-  residual_of(b.columns, nullptr, b.k, rhs, b.z, d.residual);
+  if (climb(m, rhs, next, true, b, w, d) == PARTLY) return false;
+  const bool same = !classify(b, w, d.slack);
+  if (same && !b.weight) careful_rates(m, s, c, d, next, free, b);
+  if (same && d.parts == 1) return true;
+  if (same) residual_of(b.columns, nullptr, b.k, rhs, b.z, d.residual);
+  measure_rounding(m, b, d);
   Best now{infinity(), 0.0, {}, {}};
   remember(m, d, now);
-  if (now.gap <= kConfirmed * now.enough) return true;
-  ++d.rejected;
-  rates_of_multiplier(m, rhs, d.u, b, w, d);
+  if (same && now.gap <= kConfirmed * now.enough) return true;
+  d.rejected += same || now.gap <= now.enough;
+  if (same) rates_of_multiplier(m, rhs, d.u, b, w, d);
   return false;
 }
 
@@ -293,17 +295,18 @@ inline void search_price(Rows<M> m, const double* rhs, bool known, Box& b, Works
   b.capped = false, d.rejected = 0;
   Best best{infinity(), 0.0, {}, {}};
   if (b.weight) factor_weight(b.k, b.weight, nullptr, b.k, w.whole);
-  const double rhs_size = size_of(m, rhs), longest = longest_column(m, b);
+  d.rhs_size = size_of(m, rhs), d.longest = longest_column(m, b);
   rates_of_multiplier(m, rhs, d.u, b, w, d);
   classify(b, w, 0.0);
   for (int step = 0; step < kPriceSteps; ++step) {
-    measure_rounding(m, rhs_size, longest, b, d);
-    if (step > kUndisturbed || d.rejected > 0) {
+    measure_rounding(m, b, d);
+    if ((step > kUndisturbed && !known) || d.rejected > 0) {
       remember(m, d, best);
-      if (best.gap <= best.enough || d.rejected > 3) break;
+      if ((best.gap <= best.enough && d.rejected != 1) || d.rejected > 3) break;
     }
     if (careful || step > kPatience) {
       if (careful_step(m, rhs, b, w, d)) return;
+      careful = known = settled = false;
       continue;
     }
     const double* columns;
@@ -318,17 +321,15 @@ inline void search_price(Rows<M> m, const double* rhs, bool known, Box& b, Works
     if (d.parts == 1) {
       b.iterations += trust_region(m, piece, d, tolerance, next);
     } else {
-      double c[kRows];
-      piece.target(d, c);
-      b.iterations += trust_regions(m, piece, d, c, tolerance, next);
+      b.iterations += trust_regions(m, piece, d, tolerance, next);
     }
     afford(m, d, next);
     const Climb climbed = climb(m, rhs, next, false, b, w, d);
-    careful = climbed == NOWHERE || d.excess > kLoose;
+    careful = d.excess > kLoose || (climbed == NOWHERE && known);
     const bool same = climbed == TOP && !classify(b, w, d.slack), tight = same && d.excess <= kTight;
     if (tight && (settled || piece.condition < kPlainCondition)) return polish(m, rhs, f, free, b, w, d);
     careful |= tight && !(piece.condition < kPieceCondition);
-    known = same, settled = tight;
+    known = same || climbed == NOWHERE, settled = tight;
   }
   // Pieces that rounding chooses, one after the other.
   for (int r = 0; r < kStride; ++r) d.u[r] = best.u[r];
@@ -336,7 +337,7 @@ inline void search_price(Rows<M> m, const double* rhs, bool known, Box& b, Works
   for (int i = 0; i < b.k; ++i) b.state[i] = 0;
   rates_of_multiplier(m, rhs, d.u, b, w, d);
   classify(b, w, 0.0);
-  b.capped = !(best.gap <= best.enough);
+  b.capped = !(best.gap <= kConfirmed * best.enough);
 }
 
 STILLREACH_END

@@ -177,7 +177,7 @@ inline Priced make_priced(Rows<M> m, const LawSettings& law, const Problem& p, S
     for (int j = 0; j < s.k; ++j) w.lower[j] *= factor, w.upper[j] *= factor, w.offset[j] *= factor, w.scale[j] /= factor;
     s.unit_b /= factor, unit *= factor;
   }
-  for (int g = 0; g < d.parts; ++g) d.most[g] = law.price[g] * typical * unit, d.kappa[g] = d.least[g] = 0.0;
+  for (int g = 0; g < d.parts; ++g) d.most[g] = law.price[g] * typical * unit, d.kappa[g] = 0.0;
   return d;
 }
 
