@@ -84,7 +84,8 @@ static void set_track_limits(Controller& c, double linear, double angular) { c.s
 template <class Visit>
 static void each_memory(stillreach::ControllerState& s, int n, Visit visit) {
   visit(s.fault_value, n), visit(s.last, n), visit(s.anchor, n), visit(&s.transition, 1);
-  visit(s.multiplier.u, 6), visit(s.multiplier.kappa, stillreach::kParts), visit(&s.multiplier.known, 1);
+  visit(s.multiplier.u, 6), visit(s.multiplier.kappa, stillreach::kParts);
+  visit(&s.multiplier.raised, 1), visit(&s.multiplier.known, 1);
   visit(s.health, n), visit(s.active, n), visit(s.closing, n);
 }
 

@@ -3,6 +3,7 @@
 // kappa_g room_g = mu with room_g = (Y_g^2 - |u_g|^2) / 2, mu to 0.
 #pragma once
 
+#include "stillreach/bounded/careful_piece.hpp"
 #include "stillreach/bounded/trust_region.hpp"
 
 STILLREACH_BEGIN
@@ -24,6 +25,8 @@ struct Interior {
   double move[kRows], turn[kRows];        // step of v and of u,
   double change[kParts];                  // and of kappa
   double along[kParts], square[kParts];   // room_g falls by along_g far + square_g far^2 / 2
+
+  inline Interior(Rows<M> rows, CarefulPiece<M>& of, Priced& priced) : m(rows), piece(of), d(priced) {}
 
   inline void into_basis(const double* rows, double* to) const {
     for (int j = 0; j < m(); ++j) to[j] = dot(m, piece.basis[j], rows);

@@ -161,3 +161,20 @@ def test_position_first_buys_attitude_up_to_its_ceiling():
             found = certificate(case, own, out.rates, out.multiplier)
             assert found.gap <= 1e-9 * found.objective, case.label
     assert min(seen.values()) > 5, seen
+
+
+def test_position_first_from_the_price_of_the_last_tick_is_the_same_answer():
+    arm, law = sr.arms.nasa_modular(), sr.LeastError(price="position-first")
+    limit, rng, seen = np.deg2rad(50.0), np.random.default_rng(17), {"below": 0, "at": 0, "beyond": 0}
+    ctl = sr.Controller(arm, law=law, velocity_limits=limit)
+    for joint in range(2, 8):
+        ctl.fail(joint)
+    start, along = np.deg2rad([0, -50, 0, -30, 0, 70, 0, 30, 0, 0, 0]), 1e-3 * rng.uniform(-1.0, 1.0, 11)
+    for tick in range(300):
+        q, twist = start + tick * along, [0, 0, 0.4 * np.sin(0.03 * tick), 0, 0, 0]
+        out = ctl.step(q, twist)
+        cold = law.solve(arm.jacobian(q), twist, sr.Bounds(out.lower, out.upper), length=arm.reach)
+        np.testing.assert_allclose(out.rates, cold.rates, atol=1e-9)
+        share = np.linalg.norm(out.residual[3:]) / (CEILING * limit)
+        seen["at" if share == pytest.approx(1.0, rel=1e-9) else "below" if share < 1.0 else "beyond"] += 1
+    assert min(seen["below"], seen["at"]) > 20, seen
