@@ -8,7 +8,7 @@
 
 STILLREACH_BEGIN
 
-constexpr int kInteriorSteps = 40;
+constexpr int kInteriorSteps = 30;
 constexpr double kCentred = 0.01;  // of their mean each product kappa_g room_g keeps so much
 constexpr double kBehind = 0.1;    // mu stays above so much of the first equation's error, in the units of mu
 

@@ -225,7 +225,7 @@ inline void keep_ceiling(Rows<M> m, const LawSettings& law, const double* rhs, d
                          Priced& d) {
   const int g = law.capped;
   double below = 0.0, above = infinity();  // prices that are too low, and too high
-  for (int step = 0; step < kCeilingSteps; ++step) {
+  for (int step = 0; step < kCeilingSteps && !b.capped; ++step) {
     double e[kStride], own[kRows];
     residual_of(b.columns, nullptr, b.k, rhs, b.z, e);
     only_part(m, d, g, e, own);
