@@ -134,6 +134,7 @@ static void each_memory(stillreach::ControllerState& s, int n, Visit visit) {
   visit(&s.transition, 1);
   visit(s.multiplier.u, 6);
   visit(s.multiplier.kappa, stillreach::kParts);
+  visit(&s.multiplier.raised, 1);
   visit(&s.multiplier.known, 1);
   visit(s.active, n);
   visit(s.closing, n);

@@ -69,11 +69,11 @@ inline PyTypeObject* array_type() {
 // A NumPy vector of `length` float64 in place, without the cost of the buffer protocol; null where it is something else. Only
 // macros of NumPy's headers are used and none of its functions, so that the module needs no NumPy to load.
 inline double* numpy_vector(nb::handle object, long length, bool writable = false) {
-  static PyObject* const float64 = nb::object(nb::module_::import_("numpy").attr("dtype")("float64")).release().ptr();
   PyArrayObject* const array = reinterpret_cast<PyArrayObject*>(object.ptr());
-  if (Py_TYPE(object.ptr()) != array_type() || reinterpret_cast<PyObject*>(PyArray_DESCR(array)) != float64 || PyArray_NDIM(array) != 1 ||
-      PyArray_DIM(array, 0) != length || !PyArray_CHKFLAGS(array, writable ? NPY_ARRAY_CARRAY : NPY_ARRAY_CARRAY_RO))
-    return nullptr;
+  if (Py_TYPE(object.ptr()) != array_type()) return nullptr;
+  if (PyArray_TYPE(array) != NPY_DOUBLE || !PyArray_ISNOTSWAPPED(array)) return nullptr;
+  if (PyArray_NDIM(array) != 1 || PyArray_DIM(array, 0) != length) return nullptr;
+  if (!PyArray_CHKFLAGS(array, writable ? NPY_ARRAY_CARRAY : NPY_ARRAY_CARRAY_RO)) return nullptr;
   return static_cast<double*>(PyArray_DATA(array));
 }
 
@@ -115,8 +115,8 @@ inline View strict(const char* argument, nb::handle object, std::initializer_lis
 
 // Fast check that an input other than NumPy's can be read in place.
 inline bool readable(View& view, nb::handle object, long length) {
-  return !PyObject_TypeCheck(object.ptr(), array_type()) && view.open(object) && view.ndim() == 1 && view.size(0) == length && view.is_double() && view.is_contiguous() &&
-         view.is_aligned();
+  if (PyObject_TypeCheck(object.ptr(), array_type()) || !view.open(object) || view.ndim() != 1) return false;
+  return view.size(0) == length && view.is_double() && view.is_contiguous() && view.is_aligned();
 }
 
 // Reads `length` finite numbers from anything that the door turns into a float64 vector; by `labels` where it has labels.

@@ -1,51 +1,13 @@
 """Whatever a scenario file holds, it is loaded or refused with ScenarioFileError, and soon."""
 
-import random
-import re
 import time
-import warnings
-from pathlib import Path
 
 import pytest
 
 import stillreach as sr
-from tests.unit.simulation.scenario_texts import EIGHT_MISTAKES, PLANAR, planar
+from tests.unit.simulation.scenario_texts import PLANAR, planar
 
 FULL = 63 * 1024  # as large as a file may be, nearly
-POISON = [
-    "nan",
-    "inf",
-    "-inf",
-    "1e308",
-    "1e-320",
-    "0",
-    "-1",
-    "1e9",
-    "99999999999999999999",
-    "true",
-    "false",
-    "''",
-    "'x'",
-    "[]",
-    "{}",
-    "[[]]",
-    "[1,2,3]",
-    "1e-6",
-    "1e6",
-    "'j1'",
-    "1979-05-27",
-    "07:32:00",
-    "{a=1}",
-    "-0.0",
-    "0x1F",
-    "1_000",
-    "'package:numpy/x'",
-    "'/dev/zero'",
-    "\x00",
-]
-TOKEN = re.compile(r'"[^"\n]*"|[\w.+-]+|\s+|.', re.DOTALL)
-READY = [path.read_text(encoding="utf-8") for path in sorted((Path(sr.__file__).parent / "scenarios").glob("*.toml"))]
-
 HOSTILE = {
     "lists in lists": "a = " + "[" * 20_000 + "]" * 20_000,
     "tables in tables": "a = " + "{a = " * 9_000 + "1" + "}" * 9_000,
@@ -165,43 +127,3 @@ def test_what_is_no_path_is_refused(path):
 def test_a_run_too_long_for_any_memory_is_refused_before_it_begins(mistakes):
     found = mistakes(planar(top="period = 1e-6\nduration = 1e9"))
     assert "1e+15 ticks" in found["duration"].got
-
-
-def mutated(rng):
-    """One of the ready scenarios, or one with mistakes, with a few tokens changed."""
-    tokens = TOKEN.findall(rng.choice([*READY, EIGHT_MISTAKES]))
-    for _ in range(rng.choice([1, 1, 2, 4, 8])):
-        at, other = rng.randrange(len(tokens)), rng.randrange(len(tokens))
-        change = rng.randrange(6)
-        if change == 0:
-            tokens[at] = rng.choice(POISON)
-        elif change == 1:
-            del tokens[at : at + rng.randint(1, 4)]
-        elif change == 2:
-            tokens[at:at] = tokens[other : other + rng.randint(1, 8)]
-        elif change == 3:
-            tokens[at], tokens[other] = tokens[other], tokens[at]
-        elif change == 4:
-            tokens[at] = "".join(rng.choice("abc\"'[]{}=.,#\n\x00é<>") for _ in range(rng.randint(1, 3)))
-        else:
-            tokens[at] *= rng.randint(2, 30)
-        tokens = tokens or ["a"]
-    return "".join(tokens)
-
-
-def test_mutated_files_are_loaded_and_run_or_refused_and_nothing_else(load):
-    rng = random.Random(20)
-    loaded = 0
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        for _ in range(60):
-            text = mutated(rng)
-            error = refusal(load, text)
-            if error is not None:
-                assert error.mistakes
-                continue
-            loaded += 1
-            scenario = load(text)
-            if scenario.steps <= 200:
-                sr.simulate(scenario, progress=False)
-    assert 1 < loaded < 59

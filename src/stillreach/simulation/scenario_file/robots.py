@@ -40,7 +40,7 @@ class Robot(Choice):
         """Records the other mistakes of a table, as if it were the intended one."""
         meant = [(name, near) for name in list(value)[:COMPARED] if (near := nearest(name, self.tables))][:1]
         got = f"the keys {listed(value)}" if value else "an empty table"
-        hint = "".join(f"did you mean {near!r}?" for _, near in meant)
+        hint = "".join(reading.hint(wrong, self.tables) for wrong, _ in meant)
         reading.wrong(place, got, f"one of the keys {', '.join(self.tables)}", hint)
         for wrong, near in meant:
             self.tables[near].values(renamed(value, wrong, near), place, reading)
