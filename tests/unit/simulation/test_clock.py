@@ -133,5 +133,5 @@ def test_a_file_says_the_clock(load, mistakes):
     assert load(planar()).clock == "time"
     found = mistakes(planar(top='clock = "arm"\nintegrator = "rk4"', tables=law))
     assert found.keys() == {"duration", "integrator"}
-    assert "as long as the arm needs" in found["duration"].expected
+    assert "the arm determines how long" in found["duration"].expected
     assert '"euler"' in found["integrator"].expected

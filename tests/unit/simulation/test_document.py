@@ -148,7 +148,7 @@ def test_a_function_is_stored_by_its_name_and_cannot_run_again(again):
     ):
         loaded = again(sr.simulate(scenario(**settings)))
         assert name in json.dumps(scenario_data(loaded.scenario))
-        with pytest.raises(sr.InputError, match=f"the name of the function '.*{name}' and not the function"):
+        with pytest.raises(sr.InputError, match=f"its name '.*{name}' and not its code"):
             sr.simulate(loaded.scenario)
         assert again(loaded).summary().finished == loaded.summary().finished
         whole = sr.simulate(replace(loaded.scenario, **settings))
@@ -167,7 +167,7 @@ def test_a_function_is_known_as_far_as_the_run_went(again):
 def test_where_a_function_would_lead_by_the_arms_clock_is_not_known(again):
     run = sr.simulate(scenario(motion=waving, clock="arm", law=sr.KeepDirection()))
     assert not run.summary().finished
-    with pytest.raises(sr.InputError, match="the name of the function 'waving' and not the function"):
+    with pytest.raises(sr.InputError, match="its name 'waving' and not its code"):
         again(run).summary()
 
 
@@ -180,7 +180,7 @@ def test_a_law_of_ones_own_is_refused_before_a_file_is_made(tmp_path):
     run = sr.simulate(scenario(law=OwnLaw()))
     for name in ("run.nc", "run.npz"):
         with pytest.raises(
-            sr.InputError, match=r"OwnLaw.*expected what a record can hold: least-error, keep-direction"
+            sr.InputError, match=r"OwnLaw.*expected one of least-error, keep-direction"
         ):
             run.save(tmp_path / name)
     assert list(tmp_path.iterdir()) == []
