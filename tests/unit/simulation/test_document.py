@@ -179,9 +179,7 @@ class OwnLaw(sr.LeastError):
 def test_a_law_of_ones_own_is_refused_before_a_file_is_made(tmp_path):
     run = sr.simulate(scenario(law=OwnLaw()))
     for name in ("run.nc", "run.npz"):
-        with pytest.raises(
-            sr.InputError, match=r"OwnLaw.*expected one of least-error, keep-direction"
-        ):
+        with pytest.raises(sr.InputError, match=r"OwnLaw.*expected one of least-error, keep-direction"):
             run.save(tmp_path / name)
     assert list(tmp_path.iterdir()) == []
     replace(run, scenario=replace(run.scenario, law=sr.LeastError())).save(tmp_path / "run.nc")
