@@ -2,9 +2,9 @@
 // other header of the core.
 #pragma once
 
-#include "config.hpp"
+#include "stillreach/config.hpp"
 
 #define inline __inline__ __host__ __device__ __noinline__
-#include "arm.hpp"
-#include "rollout.hpp"
+#include "stillreach/kinematics/arm.hpp"
+#include "stillreach/control/rollout.hpp"
 #undef inline

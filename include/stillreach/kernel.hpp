@@ -1,12 +1,12 @@
 // What a program calls after it chose an instruction set at run time: a table of functions, one table a set.
 #pragma once
 
-#include "arm.hpp"
-#include "batch.hpp"
-#include "batch_kinematics.hpp"
-#include "batch_rollout.hpp"
-#include "coupled.hpp"
-#include "rollout.hpp"
+#include "stillreach/kinematics/arm.hpp"
+#include "stillreach/batch/batch.hpp"
+#include "stillreach/batch/batch_kinematics.hpp"
+#include "stillreach/batch/batch_rollout.hpp"
+#include "stillreach/kinematics/coupled.hpp"
+#include "stillreach/control/rollout.hpp"
 
 namespace stillreach {
 

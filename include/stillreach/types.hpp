@@ -3,7 +3,7 @@
 // Memory is the caller's: the core allocates nothing.
 #pragma once
 
-#include "config.hpp"
+#include "stillreach/config.hpp"
 
 namespace stillreach {
 

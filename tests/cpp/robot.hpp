@@ -9,7 +9,7 @@
 
 #include "chains.hpp"
 #include "kernels.hpp"
-#include "stillreach/workspace.hpp"
+#include "stillreach/problem/workspace.hpp"
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 

@@ -266,14 +266,14 @@ def test_instructions_are_told_apart(mnemonic: str, operands: str, kind: str, do
 
 
 def test_an_instruction_belongs_to_the_stage_that_it_was_inlined_into() -> None:
-    madd = "stillreach::avx2::madd(Pack, Pack, Pack) include/stillreach/scalar.hpp:40"
-    gram = "void stillreach::avx2::gram<6>(Pack const* const*) include/stillreach/lane_solve.hpp:60"
-    wide = "long stillreach::avx2::solve_wide<6>(Pack const* const*) include/stillreach/lane_solve.hpp:140"
-    box = "long stillreach::avx2::solve_box<6>(LaneBox<6>&) include/stillreach/lane_box.hpp:300"
-    lanes = "int stillreach::avx2::lane_pass<6>(Batch const&) include/stillreach/batch.hpp:250"
-    sines = "void stillreach::avx2::sincos(Pack const*, int) include/stillreach/lane_kinematics.hpp:30"
-    poses = "void stillreach::avx2::kinematics(ArmView const&) include/stillreach/lane_kinematics.hpp:40"
-    alone = "void stillreach::avx2::solve_law(LawSettings const&) include/stillreach/law.hpp:20"
+    madd = "stillreach::avx2::madd(Pack, Pack, Pack) include/stillreach/simd/scalar.hpp:40"
+    gram = "void stillreach::avx2::gram<6>(Pack const* const*) include/stillreach/batch/lane_solve.hpp:60"
+    wide = "long stillreach::avx2::solve_wide<6>(Pack const* const*) include/stillreach/batch/lane_solve.hpp:140"
+    box = "long stillreach::avx2::solve_box<6>(LaneBox<6>&) include/stillreach/batch/lane_box.hpp:300"
+    lanes = "int stillreach::avx2::lane_pass<6>(Batch const&) include/stillreach/batch/batch.hpp:250"
+    sines = "void stillreach::avx2::sincos(Pack const*, int) include/stillreach/kinematics/lane_kinematics.hpp:30"
+    poses = "void stillreach::avx2::kinematics(ArmView const&) include/stillreach/kinematics/lane_kinematics.hpp:40"
+    alone = "void stillreach::avx2::solve_law(LawSettings const&) include/stillreach/laws/law.hpp:20"
     assert stages.stage([madd, gram, wide, lanes]) == "Gram, factor, solve"
     assert stages.stage([madd, gram, box]) == "search"
     assert stages.stage([madd, sines, poses, lanes]) == "sines"

@@ -1,12 +1,14 @@
 """A layer imports earlier layers, never later ones; the order is that of ARCHITECTURE.md."""
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-PACKAGE = Path(__file__).parents[2] / "src" / "stillreach"
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "src" / "stillreach"
 
 LAYERS = (
     {"_core", "errors", "_labels", "_door", "_files", "_text", "_units"},
@@ -24,6 +26,16 @@ LAYERS = (
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names}
 PUBLIC_API = RANK["tolerance"]  # `import stillreach` brings in everything up to here
 ALLOWED = {("simulation", "plot", "show")}  # (layer, function, imported layer): run.plot() draws itself
+HEADER_LAYERS = ("simd", "linear", "kinematics", "problem", "bounded", "laws", "control", "batch")
+LAST_HEADERS = {"kernel.hpp", "cuda.hpp"}  # the others beside the folders, config.hpp and types.hpp, come first
+
+
+def header_rank(path: str) -> int:
+    """The layer of a header below `include/stillreach`."""
+    folder, _, name = path.rpartition("/")
+    if folder:
+        return HEADER_LAYERS.index(folder)
+    return len(HEADER_LAYERS) if name in LAST_HEADERS else -1
 
 
 def imported_modules(node: ast.AST, module: tuple[str, ...], is_package: bool) -> Iterator[tuple[str, ...]]:
@@ -108,3 +120,18 @@ def test_an_upward_import_is_seen(module: str, statement: str) -> None:
 )
 def test_a_downward_import_is_allowed(module: str, statement: str) -> None:
     assert upward_imports(statement, tuple(module.split("."))) == []
+
+
+def test_no_header_includes_a_later_layer() -> None:
+    top = ROOT / "include" / "stillreach"
+    upward, seen = [], 0
+    for header in sorted(top.rglob("*.hpp")):
+        name = header.relative_to(top).as_posix()
+        for quoted in re.findall(r'#include "(.*)"', header.read_text(encoding="utf-8")):
+            included = quoted.removeprefix("stillreach/")
+            assert quoted == f"stillreach/{included}" and (top / included).is_file(), (name, quoted)
+            seen += 1
+            if header_rank(included) > header_rank(name):
+                upward.append(f"{name} includes {included}")
+    assert upward == []
+    assert seen > 50

@@ -1,0 +1,379 @@
+// Many problems of one arm: N rows of configurations (or Jacobians), twists and bounds. Rows are taken kLanes at a
+// time; those that need more than the ordinary way are gathered, kLanes of them again, and what still remains
+// is solved alone. A row's answer depends on nothing but the row.
+#pragma once
+
+#include "stillreach/control/bounds.hpp"
+#include "stillreach/kinematics/kinematics.hpp"
+#include "stillreach/kinematics/coupled.hpp"
+#include "stillreach/kinematics/frames.hpp"
+#include "stillreach/kinematics/lane_kinematics.hpp"
+#include "stillreach/batch/lane_laws.hpp"
+
+namespace stillreach {
+
+// What a batch call is about. Null pointers mean: not given, not asked for. A stride of 0 shares one row with all.
+struct Batch {
+  ArmView arm;              // n alone where Jacobians are given
+  int m;
+  int rows[6];              // of [v; w] that the task looks at
+  int every_row, tool_axes; // rows are all six along base axes; along the tool's axes
+  LawSettings law;
+  Metric metric;
+  const double* q;          // rows of n
+  const double* jacobians;  // rows of m x n, row-major
+  const double* twist;      // rows of 6, or of m with Jacobians
+  const double* lower;      // rows of n
+  const double* upper;
+  const double* reference;  // rows of n
+  std::ptrdiff_t twist_stride, bounds_stride, reference_stride;
+  // limits that depend on where a joint is and how it moved last (see bounds.hpp)
+  const double* position_lower;  // n
+  const double* position_upper;
+  const double* acceleration;    // n
+  const double* last;            // rows of n
+  double period;
+  // answers
+  double* rates;            // rows of n
+  std::int32_t* status;     // rows
+  double* residual;         // rows of m
+  double* damping;          // rows, and so on
+  double* scale;
+  double* task_error;
+  double* pose;             // rows of 4 x 4, row-major
+  double* jacobian;         // rows of m x n, row-major
+  std::int8_t* active;      // rows of n, Reason, negative at the lower bound
+  std::int32_t* iterations;
+};
+
+}  // namespace stillreach
+
+STILLREACH_BEGIN
+
+constexpr int kBlock = 256;  // rows that are worked on together
+
+// What one thread needs.
+struct BatchMemory {
+  Workspace workspace;      // of the single tick
+  Wide *q, *jacobian, *task_jacobian, *lower, *upper, *rates, *residual;
+  LaneSystem system;
+  double typical;           // typical_rate() of shared bounds
+  double* single;           // 32 n + 64 numbers for rows that are solved alone
+  std::int8_t* bytes;       // 4 n
+};
+
+STILLREACH_INLINE std::size_t batch_packs(int n) { return (4 + 12 + 2 * 6 + 16) * static_cast<std::size_t>(n) + 36; }
+STILLREACH_INLINE std::size_t batch_doubles(int n, bool full) {
+  return kLanes * batch_packs(n) + 32 * static_cast<std::size_t>(n) + 64 + workspace_doubles(n, full);
+}
+STILLREACH_INLINE std::size_t batch_ints(int n) { return workspace_ints(n) + n; }
+STILLREACH_INLINE std::size_t batch_bytes(int n) { return workspace_bytes(n) + 4 * static_cast<std::size_t>(n); }
+
+// doubles: on a 64-byte boundary.
+inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* ints, std::int8_t* bytes) {
+  BatchMemory b;
+  Wide* at = static_cast<Wide*>(static_cast<void*>(doubles));
+  const auto take = [&at](std::size_t count) { Wide* p = at; at += count; return p; };
+  b.q = take(n), b.lower = take(n), b.upper = take(n), b.rates = take(n), b.residual = take(6);
+  b.jacobian = take(6 * n), b.task_jacobian = take(6 * n);
+  LaneSystem& s = b.system;
+  s.columns = take(6 * n), s.shapes = take(6 * n), s.few = take(30), s.scale = take(n), s.limit = take(n), s.z = take(n);
+  Wide** const vectors[] = {&s.top, &s.bottom, &s.lower, &s.upper, &s.length, &s.answer, &s.trial, &s.releases, &s.side};
+  for (Wide** v : vectors) *v = take(n);
+  s.works = static_cast<Lanes*>(static_cast<void*>(take(n)));
+  s.outside = static_cast<Lanes*>(static_cast<void*>(take(n)));
+  s.column = static_cast<const Wide**>(static_cast<void*>(take(n)));
+  s.masked_column = static_cast<const Wide**>(static_cast<void*>(take(n)));
+  b.single = doubles + kLanes * batch_packs(n);
+  b.workspace = make_workspace(n, full, b.single + 32 * static_cast<std::size_t>(n) + 64, ints, bytes);
+  s.joint = ints + workspace_ints(n);
+  b.bytes = bytes + workspace_bytes(n);
+  return b;
+}
+
+// Whether there is a rate within these bounds.
+STILLREACH_INLINE bool leaves_room(double low, double high) { return low <= high && low < infinity() && high > -infinity(); }
+
+// One row's bounds with position limits and acceleration window, as a controller's tick makes them. to: 2 n numbers. bytes:
+// 3 n, the last 2 n of which receive the reasons of lower and upper bounds.
+struct LimitedStatus {
+  std::int32_t bounds;
+  bool runaway;
+  std::int32_t with(std::int32_t law) const {  // a window that leaves one rate is no fault
+    return with_bounds_status(runaway ? law : law & ~FAULT_NOT_COMPENSATED, bounds);
+  }
+};
+inline LimitedStatus limited_bounds(const Batch& b, std::ptrdiff_t row, double* to, std::int8_t* bytes) {
+  const int n = b.arm.n;
+  const double *low = b.lower + row * b.bounds_stride, *high = b.upper + row * b.bounds_stride;
+  ControllerState c{};
+  c.lower = to, c.upper = to + n, c.period = b.period;
+  c.position_lower = const_cast<double*>(b.position_lower), c.position_upper = const_cast<double*>(b.position_upper);
+  c.acceleration = const_cast<double*>(b.acceleration), c.last = const_cast<double*>(b.last + row * n);
+  c.rate_lower = const_cast<double*>(low), c.rate_upper = const_cast<double*>(high), c.fault_value = const_cast<double*>(low);
+  c.health = bytes, c.lower_reason = bytes + n, c.upper_reason = bytes + 2 * n;
+  std::int32_t status = OK;
+  bool runaway = false;
+  for (int i = 0; i < n; ++i) {
+    c.health[i] = low[i] < high[i] ? HEALTHY : RUNAWAY;
+    runaway |= !(low[i] < high[i]) && low[i] != 0.0;
+    status |= limit_joint(c, i, b.q[row * n + i]);
+    if (!leaves_room(low[i], high[i])) c.lower[i] = infinity();  // limits may not make an answer of what is no question
+  }
+  return {status, runaway};
+}
+
+// Rows that are no question: a number that is none, or bounds that leave no rate.
+inline bool answerable(const Batch& b, std::ptrdiff_t row) {
+  const int n = b.arm.n;
+  double doubt = 0.0;
+  if (b.q)
+    for (int i = 0; i < n; ++i) doubt += b.q[row * n + i] - b.q[row * n + i];
+  else
+    for (int i = 0; i < b.m * n; ++i) doubt += b.jacobians[row * b.m * n + i] - b.jacobians[row * b.m * n + i];
+  const double* twist = b.twist + row * b.twist_stride;
+  for (int r = 0; r < (b.q ? 6 : b.m); ++r) doubt += twist[r] - twist[r];
+  if (b.reference)
+    for (int i = 0; i < n; ++i) doubt += b.reference[row * b.reference_stride + i] - b.reference[row * b.reference_stride + i];
+  if (b.last)
+    for (int i = 0; i < n; ++i) doubt += b.last[row * n + i] - b.last[row * n + i];
+  const double *low = b.lower + row * b.bounds_stride, *high = b.upper + row * b.bounds_stride;
+  bool room = true;
+  for (int i = 0; i < n; ++i) room &= leaves_room(low[i], high[i]);
+  return doubt == 0.0 && room;
+}
+
+inline void write_single(const Batch& b, std::ptrdiff_t row, const Answer& out) {
+  const int n = b.arm.n;
+  b.status[row] = out.status;
+  for (int i = 0; i < n; ++i) b.rates[row * n + i] = out.rates[i];
+  if (b.residual)
+    for (int r = 0; r < b.m; ++r) b.residual[row * b.m + r] = out.residual[r];
+  if (b.damping) b.damping[row] = out.damping;
+  if (b.scale) b.scale[row] = out.scale;
+  if (b.task_error) b.task_error[row] = out.task_error;
+  if (b.active)
+    for (int i = 0; i < n; ++i) b.active[row * n + i] = out.active[i];
+  if (b.iterations) b.iterations[row] = out.iterations;
+}
+
+// At rest, as far as the bounds let it: what a row gets that is no question.
+inline void write_invalid(const Batch& b, std::ptrdiff_t row, double* rates, std::int8_t* active) {
+  const int n = b.arm.n;
+  const double *low = b.lower + row * b.bounds_stride, *high = b.upper + row * b.bounds_stride;
+  double residual[kRows] = {0, 0, 0, 0, 0, 0};
+  for (int i = 0; i < n; ++i) {
+    const bool room = leaves_room(low[i], high[i]);
+    rates[i] = room ? clamp(0.0, low[i], high[i]) : 0.0, active[i] = room && low[i] == high[i] ? FAULT : FREE;
+  }
+  write_single(b, row, Answer{rates, residual, active, INVALID_INPUT, 0, 0.0, 0.0, 0.0});
+  const double nothing[12] = {};
+  if (b.pose) write_pose(nothing, b.pose + 16 * row), b.pose[16 * row + 15] = 0.0;
+  if (b.jacobian)
+    for (int i = 0; i < b.m * n; ++i) b.jacobian[row * b.m * n + i] = 0.0;
+}
+
+// What the rates of a row are worth: by its bounds, before position and acceleration limits narrow them.
+inline double row_typical(const Batch& b, std::ptrdiff_t row) {
+  return typical_rate(b.arm.n, b.lower + row * b.bounds_stride, b.upper + row * b.bounds_stride, b.metric);
+}
+
+// A row with the single tick's code.
+inline STILLREACH_NOINLINE void solve_alone(const Batch& b, std::ptrdiff_t row, BatchMemory& w) {
+  const int n = b.arm.n, m = b.m;
+  double *rates = w.single, *bounds = rates + n, *scratch = bounds + 2 * n, *jacobian = scratch + 10 * n, *task = jacobian + 6 * n;
+  double *twist = task + 6 * n, *residual = twist + 6, *pose = residual + 6;
+  std::int8_t* active = w.bytes;
+  if (!answerable(b, row)) return write_invalid(b, row, rates, active);
+  const double* asked = b.twist + row * b.twist_stride;
+  if (b.q) {
+    arm_kinematics(b.arm, b.q + row * n, scratch, pose, jacobian);
+    if (b.every_row) {
+      task = jacobian;
+      for (int r = 0; r < 6; ++r) twist[r] = asked[r];
+    } else {
+      for (int i = 0; i < n; ++i) select_rows(b, pose, jacobian + 6 * i, task + m * i);
+      select_rows(b, pose, asked, twist);
+    }
+    if (b.pose) write_pose(pose, b.pose + 16 * row);
+  } else {
+    for (int i = 0; i < n; ++i)
+      for (int r = 0; r < m; ++r) task[m * i + r] = b.jacobians[(row * m + r) * n + i];
+    for (int r = 0; r < m; ++r) twist[r] = asked[r];
+  }
+  if (b.jacobian)
+    for (int i = 0; i < n; ++i)
+      for (int r = 0; r < m; ++r) b.jacobian[(row * m + r) * n + i] = task[m * i + r];
+  const double *low = b.lower + row * b.bounds_stride, *high = b.upper + row * b.bounds_stride;
+  LimitedStatus limited{OK, true};
+  if (b.acceleration) limited = limited_bounds(b, row, bounds, w.bytes + n), low = bounds, high = bounds + n;
+  for (int i = 0; i < n; ++i) active[i] = 0;
+  const Problem p{m, n, task, twist, low, high, b.reference ? b.reference + row * b.reference_stride : nullptr, b.metric, row_typical(b, row)};
+  Answer out{rates, residual, active, OK, 0, 0.0, 1.0, 0.0};
+  solve_law(b.law, p, w.workspace, out);
+  out.status = limited.with(out.status);
+  for (int i = 0; i < n; ++i)
+    active[i] = b.acceleration ? active_reason(active[i], w.bytes[2 * n + i], w.bytes[3 * n + i]) : bound_reason(active[i]);
+  write_single(b, row, out);
+}
+
+inline void write_poses(const Wide* pose, int lanes, const std::ptrdiff_t* row, double* to) {
+  for (int l = 0; l < kLanes; ++l) {
+    if (!(lanes & 1 << l)) continue;
+    double one[12];
+    for (int r = 0; r < 12; ++r) one[r] = pose[r][l];
+    write_pose(one, to + 16 * row[l]);
+  }
+}
+
+// What is asked for more rarely.
+template <int M>
+inline void write_more(const Batch& b, const std::ptrdiff_t* row, int lanes, const LaneProblem& p, const LaneAnswer& out,
+                       BatchMemory& w) {
+  const int n = p.n;
+  for (int l = 0; l < kLanes; ++l) {
+    if (!(lanes & 1 << l)) continue;
+    if (b.active && b.acceleration) limited_bounds(b, row[l], w.single, w.bytes);  // again, for the reasons
+    if (b.iterations) b.iterations[row[l]] = static_cast<std::int32_t>(out.iterations[l]);
+    for (int i = 0; i < n; ++i) {
+      if (b.jacobian)
+        for (int r = 0; r < M; ++r) b.jacobian[(row[l] * M + r) * n + i] = p.jacobian[M * i + r][l];
+      if (!b.active) continue;
+      const double rate = out.rates[i][l], lower = p.lower[i][l], upper = p.upper[i][l];
+      const std::int8_t code = bound_code(rate, lower, upper);
+      b.active[row[l] * n + i] = b.acceleration ? active_reason(code, w.bytes[n + i], w.bytes[2 * n + i]) : bound_reason(code);
+    }
+  }
+}
+
+// One row a lane; lanes: bits of those that are wanted. Returns the bits of those that were answered.
+template <int M>
+inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool deep, BatchMemory& w) {
+  const int n = b.arm.n;
+  const double *from[kLanes], *low[kLanes], *high[kLanes];
+  Wide twist[6], pose[12], doubt = wide(0.0);
+  const auto point = [&](const double* base, std::ptrdiff_t stride) {
+    for (int l = 0; l < kLanes; ++l) from[l] = base + row[l] * stride;
+  };
+  point(b.twist, b.twist_stride);
+  load_lanes(from, b.q ? 6 : M, twist);
+  for (int r = 0; r < (b.q ? 6 : M); ++r) doubt += twist[r] - twist[r];
+  LaneProblem p{n, w.jacobian, twist, w.lower, w.upper, b.metric};
+  if (b.law.parts > 0) {
+    p.typical = wide(w.typical);
+    for (int l = 0; b.bounds_stride != 0 && l < kLanes; ++l) p.typical[l] = row_typical(b, row[l]);
+  }
+  if (b.q) {
+    point(b.q, n);
+    load_lanes(from, n, w.q);
+    arm_kinematics(b.arm, static_cast<const Wide*>(w.q), w.system.shapes, pose, w.jacobian);  // shapes: free until then
+    for (int r = 9; r < 12; ++r) doubt += pose[r] - pose[r];  // any q that is no number ends up here
+    if (!b.every_row) {
+      for (int i = 0; i < n; ++i)
+        for (int r = 0; r < M; ++r) w.task_jacobian[M * i + r] = w.jacobian[6 * i + b.rows[r]];
+      p.jacobian = w.task_jacobian;
+      Wide all[6];
+      for (int r = 0; r < 6; ++r) all[r] = twist[r];
+      for (int r = 0; r < M; ++r) twist[r] = all[b.rows[r]];
+    }
+  } else {
+    for (int i = 0; i < n; ++i)
+      for (int r = 0; r < M; ++r) {
+        for (int l = 0; l < kLanes; ++l) w.jacobian[M * i + r][l] = b.jacobians[(row[l] * M + r) * n + i];
+        doubt += w.jacobian[M * i + r] - w.jacobian[M * i + r];
+      }
+  }
+  LimitedStatus limited[kLanes];
+  if (b.acceleration) {
+    for (int l = 0; l < kLanes; ++l) {
+      double* to = w.single + 2 * n * l;
+      low[l] = to, high[l] = to + n, limited[l] = limited_bounds(b, row[l], to, w.bytes);
+      for (int i = 0; i < n; ++i) doubt[l] += b.last[row[l] * n + i] - b.last[row[l] * n + i];
+    }
+  } else if (b.bounds_stride != 0) {
+    for (int l = 0; l < kLanes; ++l) low[l] = b.lower + row[l] * b.bounds_stride, high[l] = b.upper + row[l] * b.bounds_stride;
+  }
+  Lanes good = doubt == wide(0.0);
+  if (b.acceleration || b.bounds_stride != 0) {
+    load_lanes(low, n, w.lower), load_lanes(high, n, w.upper);
+    for (int i = 0; i < n; ++i)
+      good &= (w.lower[i] <= w.upper[i]) & (w.lower[i] < wide(infinity())) & (w.upper[i] > wide(-infinity()));
+    prepare_lanes(b.law, p, w.system, w.rates);
+  }
+  LaneAnswer out;
+  out.rates = w.rates, out.residual = w.residual;
+  good &= solve_lanes<M>(b.law, p, deep, b.residual || b.task_error, w.system, out);
+  const int answered = bits_of(good) & lanes;
+  if (!answered) return 0;
+  double* to[kLanes];
+  const auto write = [&](double* base, int count, const Wide* values) {
+    for (int l = 0; l < kLanes; ++l) to[l] = base + row[l] * count;
+    store_lanes(values, count, answered, to);
+  };
+  write(b.rates, n, out.rates);
+  alignas(64) long long status[kLanes];
+  __builtin_memcpy(status, &out.status, sizeof status);
+  for (int l = 0; l < kLanes; ++l)
+    if (answered & 1 << l) {
+      const std::int32_t own = static_cast<std::int32_t>(status[l]);
+      b.status[row[l]] = b.acceleration ? limited[l].with(own) : own;
+    }
+  if (b.residual) write(b.residual, M, out.residual);
+  if (b.damping) write(b.damping, 1, &out.damping);
+  if (b.scale) write(b.scale, 1, &out.scale);
+  if (b.task_error) write(b.task_error, 1, &out.task_error);
+  if (b.pose) write_poses(pose, answered, row, b.pose);
+  if (b.jacobian || b.active || b.iterations) write_more<M>(b, row, answered, p, out, w);
+  return answered;
+}
+
+// The rows that are left, kLanes at a time, then alone.
+template <int M>
+inline void solve_left(const Batch& b, std::ptrdiff_t* left, int count, BatchMemory& w) {
+  for (int at = 0; at < count; at += kLanes) {
+    const int here = count - at < kLanes ? count - at : kLanes;
+    std::ptrdiff_t row[kLanes];
+    for (int l = 0; l < kLanes; ++l) row[l] = left[at + (l < here ? l : 0)];
+    const int answered = lane_pass<M>(b, row, (1 << here) - 1, true, w);
+    for (int l = 0; l < here; ++l)
+      if (!(answered & 1 << l)) solve_alone(b, row[l], w);
+  }
+}
+
+template <int M>
+inline void solve_lane_rows(const Batch& b, std::ptrdiff_t first, std::ptrdiff_t last, BatchMemory& w) {
+  std::ptrdiff_t left[kBlock];
+  int count = 0;
+  for (std::ptrdiff_t at = first; at < last; at += kLanes) {
+    const int here = last - at < kLanes ? static_cast<int>(last - at) : kLanes;
+    std::ptrdiff_t row[kLanes];
+    for (int l = 0; l < kLanes; ++l) row[l] = at + (l < here ? l : 0);
+    const int answered = lane_pass<M>(b, row, (1 << here) - 1, false, w);
+    for (int l = 0; l < here; ++l)
+      if (!(answered & 1 << l)) left[count++] = row[l];
+    if (count > kBlock - kLanes) solve_left<M>(b, left, count, w), count = 0;
+  }
+  solve_left<M>(b, left, count, w);
+}
+
+inline bool bounds_leave_room(const Batch& b) {
+  for (int i = 0; i < b.arm.n; ++i)
+    if (!leaves_room(b.lower[i], b.upper[i])) return false;
+  return true;
+}
+
+// Rows first to last - 1.
+inline void solve_rows(const Batch& b, std::ptrdiff_t first, std::ptrdiff_t last, BatchMemory& w) {
+  const bool shared = b.bounds_stride == 0;
+  if (shared && b.law.parts > 0) w.typical = row_typical(b, 0);
+  if (suits_lanes(b.arm.n, b.m, b.metric) && !b.tool_axes && !b.reference && (!shared || bounds_leave_room(b))) {
+    if (shared && !b.acceleration) {
+      for (int i = 0; i < b.arm.n; ++i) w.lower[i] = wide(b.lower[i]), w.upper[i] = wide(b.upper[i]);
+      prepare_lanes(b.law, LaneProblem{b.arm.n, nullptr, nullptr, w.lower, w.upper, b.metric}, w.system, w.rates);
+    }
+    return b.m == 6 ? solve_lane_rows<6>(b, first, last, w) : solve_lane_rows<3>(b, first, last, w);
+  }
+  for (std::ptrdiff_t row = first; row < last; ++row) solve_alone(b, row, w);
+}
+
+STILLREACH_END

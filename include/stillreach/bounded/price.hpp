@@ -1,0 +1,78 @@
+// What a priced problem is (price_search.hpp solves it): of all z in the box those that minimise sum_g Y_g |(b - A z)_g| + |z|^2 / 2,
+// the error of each part g of the rows not squared. Its dual has at most six variables: max over |u_g| <= Y_g of
+// d(u) = b'u + min over the box of |z|^2 / 2 - u'A z, with the rates z(u) = A'u cut to the box and the gradient b - A z(u).
+#pragma once
+
+#include "stillreach/bounded/careful.hpp"
+#include "stillreach/linear/rotations.hpp"
+
+STILLREACH_BEGIN
+
+struct Priced {
+  int parts;
+  const std::int8_t* part;   // of each row
+  double most[kParts];       // Y_g
+  double kappa[kParts];      // |error of g| / Y_g, the damping
+  double least[kParts];      // of kappa: 0, or an error that is rounding, where that keeps equations regular
+  double u[kStride];         // the multiplier, zeros behind
+  double residual[kStride];  // b - A z(u)
+  double excess;             // relative error of the |u_g| that should be Y_g
+  double slack;              // rounding of A'u,
+  double noise;              // of the residual of rates that are A'u,
+  double rounding;           // and of the residual of any rates
+  int rejected;              // answers that the dual does not confirm
+};
+
+template <int M>
+STILLREACH_INLINE void part_squares(Rows<M> m, const Priced& d, const double* v, double* square) {
+  if (d.parts == 1) {
+    square[0] = dot(m, v, v);
+    return;
+  }
+  for (int g = 0; g < d.parts; ++g) square[g] = 0.0;
+  for (int r = 0; r < m(); ++r) square[d.part[r]] = madd(v[r], v[r], square[d.part[r]]);
+}
+
+// Whether |v_g| <= Y_g for every part.
+template <int M>
+STILLREACH_INLINE bool affordable(Rows<M> m, const Priced& d, const double* v) {
+  double square[kParts];
+  part_squares(m, d, v, square);
+  bool all = true;
+  for (int g = 0; g < d.parts; ++g) all &= square[g] <= d.most[g] * d.most[g];
+  return all;
+}
+
+// Brings each v_g into its ball.
+template <int M>
+STILLREACH_INLINE void afford(Rows<M> m, const Priced& d, double* v) {
+  double square[kParts];
+  part_squares(m, d, v, square);
+  for (int g = 0; g < d.parts; ++g) {
+    if (square[g] <= d.most[g] * d.most[g]) continue;
+    const double factor = d.most[g] / square_root(square[g]);
+    for (int r = 0; r < m(); ++r)
+      if (d.part[r] == g) v[r] *= factor;
+  }
+}
+
+// Makes |v_g| = Y_g where part g is damped.
+template <int M>
+STILLREACH_INLINE void spend(Rows<M> m, const Priced& d, double* v) {
+  double square[kParts];
+  part_squares(m, d, v, square);
+  for (int g = 0; g < d.parts; ++g) {
+    if (!(d.kappa[g] > 0.0 && square[g] > 0.0)) continue;
+    const double factor = d.most[g] / square_root(square[g]);
+    for (int r = 0; r < m(); ++r)
+      if (d.part[r] == g) v[r] *= factor;
+  }
+}
+
+// v with the rows of part g alone.
+template <int M>
+STILLREACH_INLINE void only_part(Rows<M> m, const Priced& d, int g, const double* v, double* part) {
+  for (int r = 0; r < m(); ++r) part[r] = d.part[r] == g ? v[r] : 0.0;
+}
+
+STILLREACH_END

@@ -1,0 +1,118 @@
+// Reference rates for what the task leaves free: a posture, the middle of the position limits, away from singularities.
+#pragma once
+
+#include "stillreach/control/controller_state.hpp"
+#include "stillreach/kinematics/coupled.hpp"
+#include "stillreach/kinematics/frames.hpp"
+#include "stillreach/linear/inner.hpp"
+#include "stillreach/problem/system.hpp"
+
+STILLREACH_BEGIN
+
+// Column j of the map from the task rows back to base axes: forces along the task rows become a 6-vector [f; t].
+template <int M>
+STILLREACH_INLINE void rows_to_base(Rows<M> m, const ControllerState& c, const double* task, double* base) {
+  double v[6] = {0, 0, 0, 0, 0, 0};
+  for (int r = 0; r < m(); ++r) v[c.rows[r]] = task[r];
+  for (int h = 0; h < 6; h += 3)
+    for (int i = 0; i < 3; ++i)
+      base[h + i] = c.tool_axes ? madd(c.pose[i], v[h], madd(c.pose[3 + i], v[h + 1], c.pose[6 + i] * v[h + 2])) : v[h + i];
+}
+
+// Gradient of ln sqrt(det(J J')) of the weighted task Jacobian over the working joints (Yoshikawa, 1985), analytically:
+// d ln w / dq_k = sum_j (dJ_j / dq_k) . (J^+)_j, with dJ_j/dq_k = w_k x J_j for k <= j and [w_j x v_k; 0] for k > j, so
+// that one suffix and one prefix sum give all n components.
+template <int M>
+inline void manipulability_gradient(Rows<M> m, const ControllerState& c, const double* q, Workspace& w, double* gradient) {
+  double* force = c.scratch;  // 6 n: row j of J^+ in base axes
+  int k = 0;
+  for (int i = 0; i < c.arm.n; ++i) {
+    gradient[i] = 0.0;
+    if (!(c.lower[i] < c.upper[i])) continue;
+    weighted_column(m, c.metric.rows, c.task_jacobian + i * m(), c.metric.columns ? c.metric.columns[i] : 1.0, w.columns + k * kStride);
+    w.joint[k++] = i;
+  }
+  if (k < m()) return;  // no redundancy left: det(J J') is 0 in every pose
+  Factor f;
+  double size = 0.0;
+  for (int j = 0; j < k * kStride; ++j) size = larger(size, magnitude(w.columns[j]));
+  if (!(size > 0.0 && size < 1e100)) return;
+  gram(m, w.columns, nullptr, k, 1e-12 * size * size, f);  // at a singularity: a large finite gradient
+  if (!(factor(m, f) < infinity())) return;
+  double total[3] = {0, 0, 0}, prefix[3] = {0, 0, 0};
+  for (int j = 0; j < k; ++j) {
+    const int i = w.joint[j];
+    double y[kRows], weighted[kRows] = {0, 0, 0, 0, 0, 0};
+    solve(m, f, w.columns + j * kStride, y);
+    const double scale = c.metric.columns ? c.metric.columns[i] : 1.0;
+    for (int r = 0; r < m(); ++r) {  // R' y, and the joint unit of the column that is differentiated
+      if (!c.metric.rows) {
+        weighted[r] = y[r] * scale;
+        continue;
+      }
+      for (int q = r; q < m(); ++q) weighted[q] = madd(c.metric.rows[r * m() + q], y[r] * scale, weighted[q]);
+    }
+    rows_to_base(m, c, weighted, force + 6 * j);
+    cross_add(c.jacobian + 6 * i, force + 6 * j, total);
+    cross_add(c.jacobian + 6 * i + 3, force + 6 * j + 3, total);
+  }
+  if (c.arm.coupling) {
+    const double none[3] = {0, 0, 0};
+    return coupled_gradient(c.arm, q, c.pose + 9, force, w.joint, k, total, c.tool_axes ? total : none, gradient);
+  }
+  double suffix[3] = {total[0], total[1], total[2]};
+  for (int j = 0; j < k; ++j) {  // suffix: over this joint and those after it; prefix: over those before
+    const double* column = c.jacobian + 6 * w.joint[j];
+    double along = dot3(column + 3, suffix) + dot3(column, prefix);
+    if (c.tool_axes) along -= dot3(column + 3, total);
+    gradient[w.joint[j]] = along;
+    double own[3] = {0, 0, 0};
+    cross_add(column, force + 6 * j, own);
+    cross_add(column + 3, force + 6 * j + 3, own);
+    for (int r = 0; r < 3; ++r) suffix[r] -= own[r];
+    cross_add(force + 6 * j, column + 3, prefix);
+  }
+}
+
+// A fixed pattern in [-1, 1] without a symmetry of its own: fractional parts of multiples of the golden ratio.
+STILLREACH_INLINE double pattern(int i) {
+  const double x = 0.6180339887498949 * (i + 1);
+  return 2.0 * (x - static_cast<double>(static_cast<long long>(x))) - 1.0;
+}
+
+constexpr double kHalfTurn = 3.141592653589793;
+constexpr double kSaddlePush = 1e-2;  // of the largest null rate: leaves exact saddles, where the gradient is 0
+
+// The way of joint i to a posture: the short one where it may turn without end.
+STILLREACH_INLINE double way_to(const ControllerState& c, int i, double straight) {
+  const bool endless = c.rotary && c.rotary[i] && c.position_lower[i] == -infinity() && c.position_upper[i] == infinity();
+  return endless && magnitude(straight) > kHalfTurn ? STILLREACH_LIBRARY(remainder)(straight, 2.0 * kHalfTurn) : straight;
+}
+
+// The rates that the null motion asks for: at most null_largest each, by a common factor.
+template <int M>
+inline void null_motion(Rows<M> m, const ControllerState& c, const double* q, Workspace& w, double* rates) {
+  const int n = c.arm.n;
+  if (c.null_kind == NULL_MANIPULABILITY) manipulability_gradient(m, c, q, w, rates);
+  for (int i = 0; i < n; ++i) {
+    double v = 0.0;
+    if (c.null_kind == NULL_RATES || c.null_kind == NULL_GRADIENT) v = c.null_gain * c.null_vector[i];
+    if (c.null_kind == NULL_POSTURE) v = c.null_gain * way_to(c, i, c.null_vector[i] - q[i]);
+    if (c.null_kind == NULL_CENTRING) {
+      const double lower = c.position_lower[i], upper = c.position_upper[i];
+      v = is_finite(lower) && is_finite(upper) ? c.null_gain * (0.5 * (lower + upper) - q[i]) : 0.0;
+    }
+    if (c.null_kind == NULL_MANIPULABILITY) v = c.null_gain * rates[i];
+    rates[i] = is_finite(v) ? v : 0.0;
+  }
+  if (c.null_kind == NULL_MANIPULABILITY && c.null_largest < infinity())
+    for (int i = 0; i < n; ++i)
+      if (c.lower[i] < c.upper[i]) rates[i] += kSaddlePush * c.null_largest * pattern(i);
+  double largest = 0.0;
+  for (int i = 0; i < n; ++i)
+    if (c.lower[i] < c.upper[i]) largest = larger(largest, magnitude(rates[i]));
+  if (largest > c.null_largest)
+    for (int i = 0; i < n; ++i) rates[i] *= c.null_largest / largest;
+}
+
+STILLREACH_END

@@ -1,0 +1,104 @@
+// Targets: poses that are rigid up to rounding, made exact; and from a pose error to a twist: geodesic in orientation,
+// bounded, right through a half turn.
+#pragma once
+
+#include "stillreach/kinematics/frames.hpp"
+
+namespace stillreach {
+
+constexpr double kRigid = 1e-5;  // how far an entry may be from the nearest rigid transform's: float32, or five decimals
+
+}  // namespace stillreach
+
+STILLREACH_BEGIN
+
+// E = R'R - 1 (9 numbers), R by columns. Returns the sum of its entries' sizes: 0 for a rotation.
+inline double off_rotation(const double* R, double* E) {
+  double off = 0.0;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b) {
+      E[3 * a + b] = dot3(R + 3 * a, R + 3 * b) - (a == b ? 1.0 : 0.0);
+      off += magnitude(E[3 * a + b]);
+    }
+  return off;
+}
+
+// The rotation nearest to R (by columns), in place: R (3 - R'R) / 2 squares the distance (Bjorck and Bowie, 1971).
+// Leaves alone what is a rotation up to rounding. False, with R as it was: no rotation is within kRigid of it.
+inline bool nearest_rotation(double* R) {
+  double E[9], near[9];
+  const double off = off_rotation(R, E);
+  const double det = R[0] * (R[4] * R[8] - R[5] * R[7]) - R[3] * (R[1] * R[8] - R[2] * R[7]) + R[6] * (R[1] * R[5] - R[2] * R[4]);
+  if (!(off <= 36.0 * kRigid) || !(det > 0.0)) return false;  // 9 entries of at most 4 kRigid
+  if (off <= 1e-12) return true;
+  for (int k = 0; k < 9; ++k) near[k] = R[k];
+  for (int step = 0; step < 2; ++step) {
+    double next[9];
+    for (int a = 0; a < 3; ++a)
+      for (int r = 0; r < 3; ++r) next[3 * a + r] = near[3 * a + r] - 0.5 * (E[a] * near[r] + E[3 + a] * near[3 + r] + E[6 + a] * near[6 + r]);
+    for (int k = 0; k < 9; ++k) near[k] = next[k];
+    off_rotation(near, E);
+  }
+  for (int k = 0; k < 9; ++k)
+    if (!(magnitude(near[k] - R[k]) <= kRigid)) return false;
+  for (int k = 0; k < 9; ++k) R[k] = near[k];
+  return true;
+}
+
+// A row-major 4 x 4 matrix as a pose (12 numbers: rotation by columns, translation), with the nearest rotation. False: it
+// is not finite, or no rigid transform is within kRigid of it.
+inline bool read_pose(const double* T, double* pose) {
+  bool right = true;
+  for (int c = 0; c < 4; ++c) {
+    right &= magnitude(T[12 + c] - (c == 3 ? 1.0 : 0.0)) <= kRigid;
+    for (int r = 0; r < 3; ++r) pose[3 * c + r] = T[4 * r + c], right &= is_finite(T[4 * r + c]);
+  }
+  return right && nearest_rotation(pose);
+}
+
+// Rotation vector of E = target R' (both rotations by columns), along base axes; its length is at most pi.
+inline void rotation_error(const double* target, const double* R, double* vector) {
+  double E[3][3];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      E[i][j] = madd(target[i], R[j], madd(target[3 + i], R[3 + j], target[6 + i] * R[6 + j]));
+  // quaternion by its largest component (Shepperd, 1978), so that no angle loses digits
+  const double trace = E[0][0] + E[1][1] + E[2][2];
+  double w, v[3];
+  int big = E[0][0] > E[1][1] ? (E[0][0] > E[2][2] ? 0 : 2) : (E[1][1] > E[2][2] ? 1 : 2);
+  if (trace > E[big][big]) {
+    w = 0.5 * square_root(larger(1.0 + trace, 0.0));
+    for (int i = 0; i < 3; ++i) v[i] = (E[(i + 2) % 3][(i + 1) % 3] - E[(i + 1) % 3][(i + 2) % 3]) / (4.0 * w);
+  } else {
+    const int a = big, b = (a + 1) % 3, c = (a + 2) % 3;
+    v[a] = 0.5 * square_root(larger(1.0 + E[a][a] - E[b][b] - E[c][c], 0.0));
+    v[b] = (E[a][b] + E[b][a]) / (4.0 * v[a]);
+    v[c] = (E[a][c] + E[c][a]) / (4.0 * v[a]);
+    w = (E[c][b] - E[b][c]) / (4.0 * v[a]);
+  }
+  if (w < 0.0) {
+    w = -w;
+    for (int i = 0; i < 3; ++i) v[i] = -v[i];
+  }
+  const double s = square_root(madd(v[0], v[0], madd(v[1], v[1], v[2] * v[2])));
+  const double gain = s > 1e-8 ? 2.0 * STILLREACH_LIBRARY(atan2)(s, w) / s : 2.0;
+  for (int i = 0; i < 3; ++i) vector[i] = gain * v[i];
+}
+
+STILLREACH_INLINE void bound_length(double* v, double largest) {
+  const double length = square_root(madd(v[0], v[0], madd(v[1], v[1], v[2] * v[2])));
+  if (length > largest)
+    for (int i = 0; i < 3; ++i) v[i] *= largest / length;
+}
+
+// twist += gain * pose error, its linear and angular parts each at most as long as told. pose, target: 12 numbers.
+inline void add_correction(const double* target, const double* pose, double gain, double linear, double angular, double* twist) {
+  double v[3], w[3];
+  rotation_error(target, pose, w);
+  for (int i = 0; i < 3; ++i) v[i] = gain * (target[9 + i] - pose[9 + i]), w[i] *= gain;
+  bound_length(v, linear);
+  bound_length(w, angular);
+  for (int i = 0; i < 3; ++i) twist[i] += v[i], twist[3 + i] += w[i];
+}
+
+STILLREACH_END

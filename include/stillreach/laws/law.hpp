@@ -1,0 +1,56 @@
+// One door to all laws. The answer's rates are finite for any finite problem; inside the bounds for all but Pseudoinverse.
+#pragma once
+
+#include "stillreach/laws/keep_direction.hpp"
+#include "stillreach/laws/least_error.hpp"
+#include "stillreach/laws/singularity_robust.hpp"
+
+STILLREACH_BEGIN
+
+template <int M>
+inline void solve_rows(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
+  switch (law.kind) {
+    case PSEUDOINVERSE: return pseudoinverse(m, law, p, w, out);
+    case SINGULARITY_ROBUST: return singularity_robust(m, law, p, w, out);
+    case KEEP_DIRECTION: return keep_direction(m, law, p, w, out);
+    default: return least_error(m, law, p, w, out);
+  }
+}
+
+// Whether the working joints could hold the tool still, inside their bounds, against those that move at one rate. answer: the law's.
+template <int M>
+inline bool can_stand_still(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, const Answer& answer) {
+  const double still[kRows] = {0, 0, 0, 0, 0, 0};
+  double residual[kRows];
+  LawSettings bare = law;
+  bare.kind = LEAST_ERROR, bare.parts = 0;
+  Problem stand = p;
+  stand.twist = still, stand.reference = nullptr;
+  if (law.kind == KEEP_DIRECTION && answer.scale == 0.0) {  // it is at rest, as nearly as can be
+    Answer rest = answer;
+    rest.residual = residual;
+    task_residual(m, stand, answer.rates, residual);
+    return !fault_not_compensated(m, stand, rest);
+  }
+  Answer out{w.other, residual, w.other_active, OK, 0, 0.0, 0.0, 0.0};
+  for (int i = 0; i < p.n; ++i) w.other_active[i] = 0;
+  least_error(m, bare, stand, w, out);
+  return !(out.status & FAULT_NOT_COMPENSATED);
+}
+
+// solve_law(), whose FAULT_NOT_COMPENSATED only says that a fixed joint moves and the task is not met.
+inline void solve_task(const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
+  switch (p.m) {
+    case 6: solve_rows(Rows<6>{6}, law, p, w, out); break;
+    case 3: solve_rows(Rows<3>{3}, law, p, w, out); break;
+    default: solve_rows(Rows<0>{p.m}, law, p, w, out);
+  }
+}
+
+// out.active holds the bounds that were active a tick ago (zeros: none) and receives those that are now.
+inline void solve_law(const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
+  solve_task(law, p, w, out);
+  if ((out.status & FAULT_NOT_COMPENSATED) && can_stand_still(Rows<0>{p.m}, law, p, w, out)) out.status &= ~FAULT_NOT_COMPENSATED;
+}
+
+STILLREACH_END
