@@ -12,7 +12,6 @@ constexpr double kConfirmed = 1e4;      // a gap of so many times what is enough
 constexpr int kUndisturbed = 8;         // and before the best answer so far may do
 constexpr double kLoose = 0.1;          // relative error of |u_g| on a piece that may not be the last
 constexpr double kRestRounding = 16.0;  // a right-hand side that no column reaches counts from so many times the rounding
-constexpr double kPieceCondition = 1e8; // condition number of a damped Gram matrix that is trusted
 
 // Under a full weight W the rates of a multiplier are a bounded problem of their own: z = argmin over the box of z'Wz / 2 - t'z for t in
 // b.target. w.whole: W's factor. b.state: where its search starts, and the bounds it ends at;

@@ -29,6 +29,9 @@ STILLREACH_INLINE int bits_of(Mask mask) {
 }
 STILLREACH_INLINE bool any(Mask mask) { return bits_of(mask) != 0; }
 STILLREACH_INLINE bool all(Mask mask) { return bits_of(mask) == 15; }
+STILLREACH_INLINE Mask except(Mask a, Mask b) { return a & ~b; }
+STILLREACH_INLINE bool any(bool where) { return where; }
+STILLREACH_INLINE bool except(bool a, bool b) { return a && !b; }
 
 // As larger(), smaller() and clamp() of scalar.hpp, NaN included.
 STILLREACH_INLINE Pack larger(Pack a, Pack b) { return choose(a > b, a, b); }

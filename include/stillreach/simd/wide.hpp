@@ -53,6 +53,7 @@ STILLREACH_BITS(&)
 STILLREACH_BITS(|)
 STILLREACH_BITS(^)
 #undef STILLREACH_BITS
+STILLREACH_INLINE Lanes except(Lanes a, Lanes b) { return {static_cast<__mmask8>(a.bits & ~b.bits)}; }
 STILLREACH_INLINE Lanes operator~(Lanes a) { return {static_cast<__mmask8>(~a.bits)}; }
 
 STILLREACH_INLINE Wide operator-(Wide a) { return {_mm512_xor_pd(a.all, _mm512_set1_pd(-0.0))}; }
