@@ -27,14 +27,14 @@ struct OnePrice {
   T u[kStride], kappa;         // the multiplier, zeros behind, and its damping
   T iterations;                // factorisations
   T residual[kStride];         // rhs - A z(u)
-  T slack, noise;              // rounding of A'u, and of the residual of rates that are A'u
+  T slack;                     // rounding of A'u
   typename V::Factor f;        // of the piece's matrix with the damping `at`
   T diagonal[M], at, condition, change;  // change: square of the relative change of u by the last step of kappa
 
   STILLREACH_INLINE OnePrice(V& variables, const T* b, T price, T trace)
       : v(variables), rhs(b), most(price), inverse_most(1.0 / price), longest(square_root(trace)), rhs_size(size_of(b)) {
     for (int r = 0; r < kStride; ++r) u[r] = residual[r] = fill<T>(0.0);
-    kappa = iterations = slack = noise = change = fill<T>(0.0);
+    kappa = iterations = slack = change = fill<T>(0.0);
   }
 
   static STILLREACH_INLINE T product(const T* a, const T* b) {
@@ -48,11 +48,6 @@ struct OnePrice {
     v.multiply(multiplier, target);
     v.cut(target);
     v.residual(rhs, v.z, left);
-  }
-
-  STILLREACH_INLINE void measure_rounding() {
-    const T size = longest * v.largest(v.z);
-    slack = 1e-15 * longest * size_of(u), noise = madd(longest, slack, 4e-15 * (rhs_size + size));
   }
 
   // Where the matrix is singular, or nearly, `at` becomes a little more.
@@ -86,25 +81,26 @@ struct OnePrice {
     return select(active, next, at);
   }
 
-  // To the maximum `next` of the piece.
+  // To the maximum `next` of the piece, in the lanes of `open`: in one at least.
   STILLREACH_INLINE void solve_piece(Where open, T* next) {
     at = kappa;
-    for (int round = 0; round == 0 || (round < kOnePriceRounds && any(open)); ++round) {
+    int round = 0;
+    do {
       factor_piece(open);
       T x[M];
       STILLREACH_UNROLL for (int r = 0; r < M; ++r) x[r] = madd(-at, u[r], residual[r]);
       solve<M, T>(f, x, x);
       STILLREACH_UNROLL for (int r = 0; r < M; ++r) x[r] += u[r];
-      const T size = size_of(x);
+      const T size = size_of(x), was = change;
       const Where active = open & ((at > fill<T>(0.0)) | (size > most * (1.0 + kTight)));
-      T found = at, was = change;
+      T found = at;
       change = fill<T>(0.0);
       if (any(active)) found = damped_step(active, size, x);
       change = select(open, change, was), kappa = select(open, found, kappa);
       STILLREACH_UNROLL for (int r = 0; r < M; ++r) next[r] = select(open, x[r], next[r]);
       open = open & (change > fill<T>(kSeries));
       at = select(open, kappa, at);
-    }
+    } while (++round < kOnePriceRounds && any(open));
     const T size = size_of(next), factor = most / size;
     const Where full = ((kappa > fill<T>(0.0)) & (size > fill<T>(0.0))) | (size > most);
     STILLREACH_UNROLL for (int r = 0; r < M; ++r) next[r] = select(full, next[r] * factor, next[r]);
@@ -146,17 +142,22 @@ struct OnePrice {
     T way[kStride], left[kStride];
     for (int r = 0; r < kStride; ++r) way[r] = r < M ? next[r] - u[r] : fill<T>(0.0);
     const T start = product(way, residual);
-    const T least = madd(noise, size_of(way), 1e-15 * size_of(next) * size_of(residual));
     rates_of(next, v.next, left);
-    const Where top = product(way, left) >= -larger(0.1 * start, least);
-    live = live & (top | (start > least));
-    const Where partly = except(live, top);
-    if (any(partly)) {
-      const T part = scan_pieces(way, start, partly);
-      STILLREACH_UNROLL for (int r = 0; r < M; ++r) next[r] = select(partly, madd(part, way[r], u[r]), next[r]);
-      rates_of(next, v.next, left);
+    const T end = product(way, left);
+    Where top = live & (end >= -0.1 * start);
+    if (any(except(live, top))) {
+      const T noise = madd(longest, slack, 4e-15 * (rhs_size + longest * v.largest(v.z)));
+      const T least = madd(noise, size_of(way), 1e-15 * size_of(next) * size_of(residual));
+      top = top | (live & (end >= -least));
+      const Where partly = except(live, top) & (start > least);
+      live = top | partly;
+      if (any(partly)) {
+        const T part = scan_pieces(way, start, partly);
+        STILLREACH_UNROLL for (int r = 0; r < M; ++r) next[r] = select(partly, madd(part, way[r], u[r]), next[r]);
+        rates_of(next, v.next, left);
+      }
     }
-    for (int r = 0; r < M; ++r) u[r] = next[r], residual[r] = left[r];
+    STILLREACH_UNROLL for (int r = 0; r < M; ++r) u[r] = next[r], residual[r] = left[r];
     T* const old = v.target;
     v.target = v.next, v.next = old;
     return top;
@@ -195,6 +196,7 @@ struct OnePrice {
   // From u, which is affordable, and kappa. Returns the lanes of `live` in which the answer is in v.answer and v.side.
   STILLREACH_INLINE Where search(Where live) {
     Where found = except(live, live);
+    if (!any(live)) return found;
     T next[kStride];
     for (int r = 0; r < kStride; ++r) next[r] = fill<T>(0.0);
     rates_of(u, v.target, residual);
@@ -202,7 +204,7 @@ struct OnePrice {
     v.classify(live, fill<T>(0.0));
     form_piece();
     for (int step = 0; step < kOnePriceSteps; ++step) {
-      measure_rounding();
+      slack = 1e-15 * longest * size_of(u);
       solve_piece(live, next);
       const Where top = climb(live, next), changed = v.classify(live, slack) | except(live, top);
       const Where tight = except(live, changed) & (change <= fill<T>(kConverged));
@@ -256,7 +258,10 @@ struct Variables {
     }
   }
   STILLREACH_INLINE void cut(const double* at) const {
-    for (int i = 0; i < k; ++i) z[i] = clamp(at[i], lower[i], upper[i]);
+    in_packs(k, [&](auto type, int i) {
+      using P = decltype(type);
+      put(z + i, larger(smaller(get<P>(at + i), get<P>(upper + i)), get<P>(lower + i)));
+    });
   }
   STILLREACH_INLINE void residual(const double* rhs, const double* rates, double* to) const { residual_of(columns, nullptr, k, rhs, rates, to); }
   STILLREACH_INLINE double largest(const double* rates) const {
@@ -269,10 +274,11 @@ struct Variables {
   }
   STILLREACH_INLINE bool classify(bool, double slack) const {
     bool changed = false;
-    for (int i = 0; i < k; ++i) {
-      const double now = side_of(side[i], target[i], lower[i], upper[i], slack);
-      changed |= now != side[i], side[i] = now;
-    }
+    in_packs(k, [&](auto type, int i) {
+      using P = decltype(type);
+      const P was = get<P>(side + i), now = side_of(was, get<P>(target + i), get<P>(lower + i), get<P>(upper + i), fill<P>(slack));
+      changed |= any(now != was), put(side + i, now);
+    });
     return changed;
   }
   STILLREACH_INLINE void gram(Factor& f) const {
@@ -284,7 +290,11 @@ struct Variables {
     for (int i = 0; i < k; ++i) answer[i] = z[i];
   }
   STILLREACH_INLINE void move(bool) const {
-    for (int i = 0; i < k; ++i) answer[i] = select(side[i] == 0.0, clamp(answer[i] + speed[i], lower[i], upper[i]), answer[i]);
+    in_packs(k, [&](auto type, int i) {
+      using P = decltype(type);
+      const P old = get<P>(answer + i), now = larger(smaller(old + get<P>(speed + i), get<P>(upper + i)), get<P>(lower + i));
+      put(answer + i, select(get<P>(side + i) == fill<P>(0.0), now, old));
+    });
   }
 };
 
