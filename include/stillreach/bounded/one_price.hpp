@@ -244,19 +244,7 @@ struct Variables {
   double *target, *next, *z, *answer, *side, *speed;  // k each
   int* index;
 
-  STILLREACH_INLINE void multiply(const double* u, double* to) const {
-    const Pack low = load(u), high = load(u + 4);
-    const auto along = [&](int i) { return madd(load(columns + i * kStride + 4), high, load(columns + i * kStride) * low); };
-    int i = 0;
-    for (; i + 4 <= k; i += 4) {
-      Pack p[4] = {along(i), along(i + 1), along(i + 2), along(i + 3)};
-      store(to + i, sums(p));
-    }
-    for (; i < k; ++i) {
-      const Pack p = along(i);
-      to[i] = (p[0] + p[2]) + (p[1] + p[3]);
-    }
-  }
+  STILLREACH_INLINE void multiply(const double* u, double* to) const { multiply_columns(columns, k, u, to); }
   STILLREACH_INLINE void cut(const double* at) const {
     in_packs(k, [&](auto type, int i) {
       using P = decltype(type);
