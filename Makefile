@@ -5,8 +5,11 @@ JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 BIN := .venv/bin
 STAMPS := .venv/stamps
 CMAKE := PATH="$(CURDIR)/$(BIN):$$PATH" cmake
-SOURCES := $(shell find src include bindings -name __pycache__ -prune -o -print) CMakeLists.txt pyproject.toml LICENSE README.md
-LINTED := $(wildcard src tests examples bench scripts docs)
+# The wheel is built where the C++ tests are: the kernels are compiled once for both.
+SHARED := -C build-dir=build/cpp -C build.targets=_core_stub -C cmake.define.STILLREACH_PYTHON=ON
+SOURCES := $(shell find src include bindings dispatch cmake -name __pycache__ -prune -o -print) CMakeLists.txt pyproject.toml LICENSE README.md
+LINTED := $(wildcard src tests examples bench scripts docs conanfile.py)
+CPP_LINTED := $(shell find include bindings dispatch tests bench -name "*.?pp" -o -name "*.cu")
 
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
@@ -24,7 +27,7 @@ test: lint cpp-test pytest  ## lint, C++ tests (also under sanitizers), Python t
 pytest: dev  ## Python tests on the installed wheel
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadgroup
 
-cpp-test: $(STAMPS)/build  ## C++ tests, plain and under the address and undefined-behaviour sanitizers
+cpp-test: $(STAMPS)/wheel  ## C++ tests, plain and under the address and undefined-behaviour sanitizers
 	$(CMAKE) -S . -B build/cpp -G Ninja -DSTILLREACH_TESTS=ON >/dev/null
 	$(CMAKE) --build build/cpp
 	cd build/cpp && ctest --no-tests=error --output-on-failure -j $(JOBS)
@@ -32,16 +35,18 @@ cpp-test: $(STAMPS)/build  ## C++ tests, plain and under the address and undefin
 	$(CMAKE) --build build/cpp-sanitize
 	cd build/cpp-sanitize && ctest --no-tests=error --output-on-failure -j $(JOBS)
 
-lint: dev  ## ruff and mypy
+lint: dev  ## ruff, mypy and clang-format
+	$(BIN)/clang-format --dry-run -Werror $(CPP_LINTED)
 	$(BIN)/ruff check $(LINTED)
 	$(BIN)/ruff format --check $(LINTED)
 	$(BIN)/mypy
 
-format: $(STAMPS)/test  ## let ruff put the Python files in order
+format: $(STAMPS)/test  ## let ruff put the Python files in order, and clang-format those of C++
+	$(BIN)/clang-format -i $(CPP_LINTED)
 	$(BIN)/ruff check --fix $(LINTED)
 	$(BIN)/ruff format $(LINTED)
 
-bench: dev  ## time a tick and a batch from Python, with ratios to what others do and what the machine can
+bench: dev  ## time a tick, beside one peer, and a batch from Python
 	$(BIN)/python -m bench.tick
 	$(BIN)/python -m bench.batch
 
@@ -52,12 +57,12 @@ bench-peers: $(STAMPS)/wheel .venv-peers/installed  ## time stillreach beside it
 	.venv-peers/bin/pip install -q --no-deps --force-reinstall build/wheel/stillreach-*.whl
 	.venv-peers/bin/python -m bench.compare $(or $(ARGS),--write)
 
-instructions: $(STAMPS)/build  ## count the instructions of every kind of tick and store them (needs valgrind)
+instructions: $(STAMPS)/wheel  ## count the instructions of every kind of tick and store them (needs valgrind)
 	$(CMAKE) -S . -B build/cpp -G Ninja -DSTILLREACH_TESTS=ON >/dev/null
 	$(CMAKE) --build build/cpp --target ticks
 	$(BIN)/python -m bench.instructions --store build/cpp/tests/cpp/ticks
 
-why: dev  ## measure what docs/why-it-is-fast.md tells and write it there (needs valgrind); ARGS="--help" for more
+why: dev  ## measure the tables of docs/why-it-is-fast.md and write them there (needs valgrind); ARGS="--help" for more
 	$(BIN)/python -m bench.why $(ARGS)
 
 wheel: $(STAMPS)/all $(STAMPS)/wheel  ## build the wheel and install it into .venv
@@ -112,6 +117,6 @@ $(STAMPS)/robots: requirements/robots.txt $(STAMPS)/venv
 $(STAMPS)/wheel: $(SOURCES) $(STAMPS)/build | check-tools
 	@echo "building the wheel and installing it into .venv"
 	rm -rf build/wheel
-	$(BIN)/pip wheel -q --no-deps --no-build-isolation --wheel-dir build/wheel .
+	$(BIN)/pip wheel -q --no-deps --no-build-isolation --wheel-dir build/wheel $(SHARED) .
 	$(BIN)/pip install -q --no-deps --force-reinstall build/wheel/stillreach-*.whl
 	touch $@

@@ -2,34 +2,31 @@
 
 The paper's arm, joints 2, 4 and 7 failed, the pseudoinverse of 15 % of the rows over the limit. A figure is the
 minimum of interleaved repeats, of all rows in one call or of pieces of them added up, whichever is less: pieces fit
-between what else the machine does. The median is that of one call. Beside them stands what the core could do in the
-same minutes: its clock, and its rate of multiply-adds. STILLREACH_INSTRUCTIONS=avx2 measures what processors without
-AVX-512 run.
+between what else the machine does. The median is that of one call. STILLREACH_INSTRUCTIONS=avx2 measures what
+processors without AVX-512 run.
 """
 
 import argparse
 import gc
-import json
 import os
 import statistics
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from dataclasses import dataclass, field
 from statistics import fmean
 
 import numpy as np
 
 import stillreach as sr
-from bench import operations
-from bench.kernel import kernel_times
-from bench.machine import Peak
-from bench.rows import ROWS, Rows, make_rows
+from bench.report import markdown, processor
+from bench.rows import PART_OVER, ROWS, Rows, make_rows
 from bench.timing import Row, machine_note, measure, pin_to_one_core
 from bench.workload import arm
 from stillreach import _core
+from stillreach.batch import BatchSolution
+from stillreach.rollouts import BatchRollout
 
-N, FEW, PIECES = 11, 20_000, 10
+FEW, PIECES = 20_000, 10
 LAWS: dict[str, sr.Law] = {
     "`Pseudoinverse`": sr.Pseudoinverse(),
     "`SingularityRobust`, exact": sr.SingularityRobust(damping="exact"),
@@ -45,54 +42,32 @@ REQUIRED = {
     "`LeastError()`": 3.0,
     "`LeastError(price=None)`": 3.0,
 }
-"""Million rows a second on one thread of a quiet core at QUIET_CLOCK [GHz], and TWO_THREADS times as many on two."""
-QUIET_CLOCK, TWO_THREADS = 3.2, 1.7
+"""Million rows a second on one thread of a quiet core at 3.2 GHz, and TWO_THREADS times as many on two."""
+TWO_THREADS = 1.7
 SPARSE = tuple(name for name in LAWS if "closed" not in name and "given" not in name)
 WORKING = (11, 8, 6, 5, 3)
 STEPS = 10
-ALONE = 4096
-"""Rows that the kernel is timed on without Python."""
 CALLS = (1, 4, 16, 64, 256, 1024, 4096, 16384)
-
-
-@dataclass(frozen=True)
-class Figure:
-    """best, median, kernel (alone) [µs] a row; need [million rows/s]; operations of every row, None if not counted."""
-
-    table: str
-    name: str
-    working: int
-    threads: int
-    best: float
-    median: float
-    need: float | None = None
-    operations: int | None = None
-    kernel: float | None = None
-
-    @property
-    def rate(self) -> float:
-        """Million rows a second."""
-        return 1.0 / self.best
 
 
 @dataclass
 class Case:
-    """What is timed, and what its figure is called."""
+    """What is timed, and what it is called."""
 
-    table: str
     name: str
     run: Callable[[slice], object]
-    working: int = 8
-    threads: int = 1
-    need: float | None = None
-    operations: int | None = None
     row: Row = field(init=False)
 
-    def figure(self) -> Figure:
-        """Times of all pieces but the last, which is the whole in one call."""
+    @property
+    def rate(self) -> float:
+        """Million rows a second, by the shortest times of all pieces, or of the last, all rows in one call."""
         *pieces, whole = self.row.times
-        best, median = min(fmean(map(min, pieces)), min(whole)), statistics.median(whole)
-        return Figure(self.table, self.name, self.working, self.threads, best, median, self.need, self.operations)
+        return 1.0 / min(fmean(map(min, pieces)), min(whole))
+
+    def cells(self) -> list[str]:
+        """Of `rates`."""
+        median = 1.0 / statistics.median(self.row.times[-1])
+        return [self.name, f"{self.rate:.2f}", f"{median:.2f}", f"{1e3 / self.rate:.0f}"]
 
 
 def solver(law: sr.Law, rows: Rows, threads: int = 1, *, new: bool = False) -> Callable[[slice], object]:
@@ -100,39 +75,29 @@ def solver(law: sr.Law, rows: Rows, threads: int = 1, *, new: bool = False) -> C
     robot, rates = arm(), np.empty_like(rows.q)
     shared = rows.bounds(slice(None)) if rows.lower.ndim == 1 else None
 
-    def run(part: slice) -> sr.BatchSolution:
+    def run(part: slice) -> BatchSolution:
         bounds, out = shared or rows.bounds(part), None if new else rates[part]
         return sr.solve_batch(robot, law, rows.q[part], rows.twist[part], bounds, out=out, threads=threads)
 
     return run
 
 
-def law_cases(rows: Rows) -> list[Case]:
-    """Every law; then what else is asked of a batch."""
-    counted = operations.pseudoinverse(N, 8)
-    cases = [
-        Case("laws", name, solver(law, rows), need=REQUIRED.get(name), operations=counted) for name, law in LAWS.items()
-    ]
-    own, mixed = rows.bounds_by_row(), make_rows(len(rows), mixed=True)
-    for name in REQUIRED:
-        cases.append(Case("more", f"{name}, a new array", solver(LAWS[name], rows, new=True), operations=counted))
-    for name in REQUIRED:
-        cases.append(Case("more", f"{name}, bounds by row", solver(LAWS[name], own), operations=counted))
-    for name in REQUIRED:
-        cases.append(Case("more", f"{name}, other joints failed in each row", solver(LAWS[name], mixed)))
-    robot = arm()
-    once = operations.kinematics(N)
-    cases.append(Case("more", "`forward`", lambda part: robot.forward(rows.q[part]), operations=once))
-    cases.append(Case("more", "`jacobian`", lambda part: robot.jacobian(rows.q[part]), operations=once))
-    cases.append(Case("more", f"`rollout_batch`, `LeastError()`, a step of {STEPS}", roller(rows)))
-    return cases
+def more_cases(rows: Rows) -> list[Case]:
+    """What else is asked of a batch."""
+    own, mixed, robot = rows.bounds_by_row(), make_rows(len(rows), mixed=True), arm()
+    cases = [Case(f"{name}, a new array", solver(LAWS[name], rows, new=True)) for name in REQUIRED]
+    cases += [Case(f"{name}, bounds by row", solver(LAWS[name], own)) for name in REQUIRED]
+    cases += [Case(f"{name}, other joints failed in each row", solver(LAWS[name], mixed)) for name in REQUIRED]
+    cases.append(Case("`forward`", lambda part: robot.forward(rows.q[part])))
+    cases.append(Case("`jacobian`", lambda part: robot.jacobian(rows.q[part])))
+    return [*cases, Case(f"`rollout_batch`, `LeastError()`, a step of {STEPS}", roller(rows))]
 
 
 def roller(rows: Rows) -> Callable[[slice], object]:
     """Rollouts of STEPS steps from so few of the rows that all their steps are as many as the rows."""
     robot, bounds = arm(), rows.bounds(slice(None))
 
-    def run(part: slice) -> sr.BatchRollout:
+    def run(part: slice) -> BatchRollout:
         few = slice(part.start, part.start + max(1, (part.stop - part.start) // STEPS))
         q, twist = rows.q[few], rows.twist[few]
         return sr.rollout_batch(robot, sr.LeastError(), q, twist, bounds, period=0.001, steps=STEPS, threads=1)
@@ -140,117 +105,104 @@ def roller(rows: Rows) -> Callable[[slice], object]:
     return run
 
 
-def working_cases(count: int) -> list[Case]:
-    """Laws with fewer or more joints that work."""
-    cases = []
-    for working in WORKING:
-        rows = make_rows(count, working=working)
-        cases += [Case("working", name, solver(LAWS[name], rows), working=working) for name in SPARSE]
-    return cases
-
-
-def thread_cases(rows: Rows) -> list[Case]:
-    """One thread and two, on the same rows."""
-    return [
-        Case("threads", name, solver(LAWS[name], rows, threads), threads=threads)
-        for name in REQUIRED
-        for threads in (1, 2)
-    ]
-
-
-def timed(
-    cases: list[Case], rows: int, pieces: int, repeats: int, between: Callable[[], object] | None = None
-) -> list[Figure]:
-    """The figures of interleaved repeats over `pieces` parts of the rows, and all of them in one call."""
+def timed(cases: list[Case], rows: int, pieces: int, repeats: int) -> list[Case]:
+    """Interleaved repeats over `pieces` parts of the rows, and all of them in one call."""
     edges = np.linspace(0, rows, pieces + 1).astype(int)
     parts = [slice(int(a), int(b)) for a, b in zip([*edges[:-1], 0], [*edges[1:], rows], strict=True)]
     for case in cases:
-        case.row = Row(case.name, case.table, case.run, times=[[] for _ in parts])
+        case.row = Row(case.name, "", case.run, times=[[] for _ in parts])
         case.run(parts[0])
-    measure([case.row for case in cases], 0.0, parts, least=repeats, between=between)
-    return [case.figure() for case in cases]
+    measure([case.row for case in cases], 0.0, parts, least=repeats)
+    return cases
 
 
-def call_costs(rows: Rows, repeats: int) -> dict[str, dict[int, float]]:
+def rates(cases: list[Case]) -> str:
+    """Rates and times of a row."""
+    return markdown(("one thread, from Python", "million rows/s", "median", "ns a row"), [c.cells() for c in cases])
+
+
+def by_working(rows: int, pieces: int, repeats: int) -> str:
+    """Rates with fewer or more joints that work."""
+    given = {k: make_rows(rows, working=k) for k in WORKING}
+    cases = [Case(name, solver(LAWS[name], given[k])) for name in SPARSE for k in WORKING]
+    found = [f"{case.rate:.2f}" for case in timed(cases, rows, pieces, repeats)]
+    lines = [[name, *found[len(WORKING) * i :][: len(WORKING)]] for i, name in enumerate(SPARSE)]
+    return markdown(("million rows/s; working joints:", *map(str, WORKING)), lines)
+
+
+def by_threads(rows: Rows, pieces: int, repeats: int) -> tuple[str, dict[str, float]]:
+    """Rates on one thread and on two, and their ratios."""
+    one, two = ([Case(name, solver(LAWS[name], rows, threads)) for name in REQUIRED] for threads in (1, 2))
+    timed([*one, *two], len(rows), pieces, repeats)
+    ratios = {a.name: b.rate / a.rate for a, b in zip(one, two, strict=True)}
+    lines = [[a.name, f"{a.rate:.2f}", f"{b.rate:.2f}", f"{ratios[a.name]:.2f}"] for a, b in zip(one, two, strict=True)]
+    return markdown(("million rows/s", "one thread", "two threads", "ratio"), lines), ratios
+
+
+def by_rows_in_a_call(rows: Rows, repeats: int) -> str:
     """[µs] a whole call, the minimum, by law and by number of rows in the call."""
-    found: dict[str, dict[int, float]] = {}
+    counts, lines = [count for count in CALLS if count <= len(rows)], []
     gc.collect()
     for name in REQUIRED:
-        run = solver(LAWS[name], rows)
-        for count in (c for c in CALLS if c <= len(rows)):
+        run, cells = solver(LAWS[name], rows), []
+        for count in counts:
             part, best = slice(0, count), np.inf
             for _ in range(repeats * max(1, 100 // count)):
                 began = time.perf_counter_ns()
                 run(part)
                 best = min(best, time.perf_counter_ns() - began)
-            found.setdefault(name, {})[count] = best / 1e3
-    return found
+            cells.append(f"{best / 1e3:.3g}")
+        lines.append([name, *cells])
+    return markdown(("a call [µs]; rows:", *map(str, counts)), lines)
 
 
-@dataclass
-class Result:
-    """All that was measured; calls: [µs] by law and rows in a call."""
-
-    instruction_set: str
-    rows: int
-    repeats: int
-    figures: list[Figure]
-    calls: dict[str, dict[int, float]]
-    peak: Peak
-    notes: list[str]
-
-    @property
-    def limit(self) -> float:
-        """Most multiply-adds in registers of the length that the kernel uses [GFLOP/s]."""
-        return self.peak.peak_of_eight if self.instruction_set == "avx512" else self.peak.peak
-
-    def of(self, table: str) -> list[Figure]:
-        return [figure for figure in self.figures if figure.table == table]
+def requirements(laws: list[Case], ratios: dict[str, float]) -> str:
+    """What is required of a quiet core at 3.2 GHz, and of two, and whether it is met here."""
+    rate = {case.name: case.rate for case in laws}
+    judged = [
+        (rate[name] >= need, f"{name}: {rate[name]:.2f} million rows/s, required {need:g}")
+        for name, need in REQUIRED.items()
+    ]
+    judged += [
+        (ratio >= TWO_THREADS, f"{name}: two threads {ratio:.2f} times one, required {TWO_THREADS:g}")
+        for name, ratio in ratios.items()
+    ]
+    return "\n".join(f"- {'met' if met else 'NOT MET'}: {text}" for met, text in judged)
 
 
-def run(rows: int, repeats: int, *, only_laws: bool = False) -> Result:
-    """Measures everything, or the laws' table alone."""
+def run(rows: int, repeats: int, *, only_laws: bool = False) -> list[str]:
+    """Measures everything, or the laws' table alone; the paragraphs to print."""
     os.environ["STILLREACH_THREADS"] = "1"  # for forward and jacobian, which take no argument for it
     free = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else None
-    cores = pin_to_one_core()
-    peak, notes, work = Peak(), [machine_note(cores)], make_rows(rows)
-    peak.look()
-    pieces = min(PIECES, rows)
-    alone = kernel_times(make_rows(min(ALONE, rows)), 10 * repeats)
-    cases = [case for case in law_cases(work) if case.table == "laws" or not only_laws]
-    figures = timed(cases, rows, pieces, repeats, peak.look)
-    figures = [replace(one, kernel=alone[one.name]) if one.table == "laws" else one for one in figures]
-    if only_laws:
-        return Result(_core.instruction_set(), rows, repeats, figures, {}, peak, [*notes, machine_note(cores)])
-    few = min(FEW, rows)
-    figures += timed(working_cases(few), few, min(pieces, 4), repeats, peak.look)
-    calls = call_costs(work, repeats)
-    if free is not None:
-        os.sched_setaffinity(0, free)
-    if cores > 1:
-        figures += timed(thread_cases(work), rows, min(pieces, 5), repeats)
-    return Result(_core.instruction_set(), rows, repeats, figures, calls, peak, [*notes, machine_note(cores)])
+    cores, work, pieces = pin_to_one_core(), make_rows(rows), min(PIECES, rows)
+    before, ratios = machine_note(cores), {}
+    laws = [Case(name, solver(law, work)) for name, law in LAWS.items()]
+    more = [] if only_laws else more_cases(work)
+    timed([*laws, *more], rows, pieces, repeats)
+    said = [f"{rows} rows, {100 * PART_OVER:.0f} % of them over the limit, 8 of 11 joints working.", rates(laws)]
+    if not only_laws:
+        said += [rates(more), by_working(min(FEW, rows), min(pieces, 4), repeats), by_rows_in_a_call(work, repeats)]
+        if free is not None:
+            os.sched_setaffinity(0, free)
+        if cores > 1:
+            text, ratios = by_threads(work, min(pieces, 5), repeats)
+            said.append(text)
+    where = f"{processor()}, kernel for {_core.instruction_set()}, {repeats} interleaved repeats."
+    return [*said, requirements(laws, ratios), f"{where} Before: {before} After: {machine_note(cores)}"]
 
 
 def main() -> None:
-    from bench.batch_tables import as_json, text
-
     parser = argparse.ArgumentParser(
         prog="python -m bench.batch", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--rows", type=int, default=ROWS, metavar="N", help="of the batch (default %(default)s)")
     parser.add_argument("--repeats", type=int, default=15, metavar="N", help="of each piece (default %(default)s)")
     parser.add_argument("--laws", action="store_true", help="only their table")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="also write the figures there")
     asked = parser.parse_args()
     for name in ("rows", "repeats"):
         if getattr(asked, name) < 1:
             parser.error(f"--{name}: {getattr(asked, name)}, expected 1 or more")
-    result = run(asked.rows, asked.repeats, only_laws=asked.laws)
-    print(text(result))
-    if asked.json:
-        asked.json.parent.mkdir(parents=True, exist_ok=True)
-        asked.json.write_text(json.dumps(as_json(result), indent=1))
+    print("\n\n".join(run(asked.rows, asked.repeats, only_laws=asked.laws)))
 
 
 if __name__ == "__main__":

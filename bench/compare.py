@@ -1,35 +1,32 @@
 """Times stillreach beside its peers, on the same work, and judges the answers of all.
 
-Every peer is a process of its own; all take turns on one core, again and again. What has been measured is kept in the
-JSON file after each round, and printed if the run is interrupted.
+Every peer is a process of its own; all take turns on one core, again and again. An interrupted run prints what it has
+measured.
 """
 
 import argparse
-import json
 import signal
 import sys
-import tempfile
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from bench.field import ROOT, Peer, interleave, prepare
+from bench.field import Peer, interleave
+from bench.page import put
 from bench.peers import BATCHES, ENTRIES, TICKS, Entry
-from bench.plot import draw
 from bench.problem import Problem, make_batch, make_problem
-from bench.report import Machine, as_json, into_readme, report
-from bench.timing import pin_to_one_core
+from bench.report import report, requirements, short_table
+from bench.timing import machine_note, pin_to_one_core
 
-README, PLOT = ROOT / "README.md", ROOT / "docs" / "images" / "bench-peers.png"
-OUT = ROOT / "out" / "bench-peers.json"
+ROOT = Path(__file__).parents[1]
+README, PAGE = ROOT / "README.md", ROOT / "docs" / "why-it-is-fast.md"
 
 
 @dataclass(frozen=True)
 class Size:
-    """How much work, for how long: rows of the batch, seconds of each table, seconds of a turn."""
+    """How much work, for how long: single ticks, rows of the batch, seconds of each table, seconds of a turn."""
 
     ticks: int
     rows: int
@@ -49,28 +46,26 @@ def arguments(given: list[str] | None = None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m bench.compare", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="less work, for seconds instead of minutes")
     parser.add_argument("--peers", metavar="A,B", help=f"only these, and ours: {', '.join(ENTRIES)}")
-    parser.add_argument("--ticks", type=int, metavar="N", help=f"single ticks in the workload (default {FULL.ticks})")
     parser.add_argument("--seconds", type=float, metavar="S", help=f"time for each table (default {FULL.seconds:g})")
     parser.add_argument(
-        "--json", type=Path, default=OUT, metavar="FILE", help="where results are kept (default %(default)s)"
+        "--write",
+        action="store_true",
+        help="put the tables into the pages; needs a full run",
     )
-    parser.add_argument("--write", action="store_true", help="put table and plot into the README; needs a full run")
     asked = parser.parse_args(given)
     unknown = [key for key in (asked.peers or "").split(",") if key and key not in ENTRIES]
     if unknown:
         parser.error(f"--peers: {', '.join(unknown)} not among {', '.join(ENTRIES)}")
-    if asked.ticks is not None and asked.ticks < 64:
-        parser.error(f"--ticks: {asked.ticks}, expected 64 or more")
-    if asked.write and (asked.quick or asked.peers or asked.ticks):
-        parser.error("--write: only a full run may go into the README, without --quick, --peers and --ticks")
+    if asked.write and (asked.quick or asked.peers):
+        parser.error("--write: only a full run may go into the README, without --quick and --peers")
     return asked
 
 
-def chosen(entries: tuple[Entry, ...], peers: str | None) -> list[Entry]:
-    """Ours, and the peers asked for."""
-    wanted = None if peers is None else set(peers.split(","))
-    found = [entry for entry in entries if wanted is None or entry.ours or entry.key in wanted]
-    return found if wanted is None or any(entry.key in wanted for entry in found) else []
+def chosen(entries: tuple[Entry, ...], peers: str | None) -> list[Peer]:
+    """Ours, and the peers asked for; none where there are none of these."""
+    wanted = set(ENTRIES if peers is None else peers.split(","))
+    found = [Peer(entry) for entry in entries if entry.ours or entry.key in wanted]
+    return found if any(peer.entry.key in wanted for peer in found) else []
 
 
 def say(text: str) -> None:
@@ -81,64 +76,44 @@ def say(text: str) -> None:
 def main() -> None:
     asked = arguments()
     size = QUICK if asked.quick else FULL
-    seconds = asked.seconds or size.seconds
-    machine = Machine.here(pin_to_one_core())
+    cores = pin_to_one_core()
+    notes = {machine_note(cores)}
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that results are printed then, too
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        say("what is feasible, by linear programming …")
-        ticks = make_problem(asked.ticks or size.ticks)
-        ticks.save(folder / "ticks.npz")
-        batch, q, twist = make_batch(size.rows)
-        batch.save(folder / "batch.npz")
-        np.savez(folder / "rows.npz", q=q, twist=twist)
-        prepare(folder, ticks)
-        tables = [[Peer(entry, folder) for entry in chosen(entries, asked.peers)] for entries in (TICKS, BATCHES)]
-        try:
-            for peers, problem in zip(tables, (ticks, batch), strict=True):
-                race(peers, problem, seconds, size.turn, lambda: keep(asked.json, machine, tables))
-        except KeyboardInterrupt:
-            say("\ninterrupted: what was measured until then")
-            asked.write = False
-        finally:
-            for peer in (*tables[0], *tables[1]):
-                peer.stop()
-    machine.finish()
-    keep(asked.json, machine, tables)
-    text = report(*tables, len(ticks), len(q), machine)
-    print(text)
+    say("what is feasible, by linear programming …")
+    ticks, (batch, *rows) = make_problem(size.ticks), make_batch(size.rows)
+    tables = [chosen(entries, asked.peers) for entries in (TICKS, BATCHES)]
+    try:
+        for peers, problem, more in zip(tables, (ticks, batch), (None, tuple(rows)), strict=True):
+            race(peers, problem, more, asked.seconds or size.seconds, size.turn)
+    except KeyboardInterrupt:
+        say("\ninterrupted: what was measured until then")
+        asked.write = False
+    finally:
+        for peer in (*tables[0], *tables[1]):
+            peer.stop()
+    text = report(*tables, len(ticks), size.rows, cores, notes | {machine_note(cores)})
+    print(text, "\nRequired of a single tick:\n", *requirements(tables[0]), sep="\n")
     if asked.write:
-        draw(*tables, PLOT)
-        into_readme(README, text)
-        say(f"written: {README.name}, {PLOT.relative_to(ROOT)}")
+        put(README, "bench-peers", short_table(tables[0]))
+        put(PAGE, "bench-peers", text)
+        say(f"written: {README.name}, {PAGE.name}")
 
 
-def race(peers: list[Peer], problem: Problem, seconds: float, turn: float, save: Callable[[], None]) -> None:
+def race(
+    peers: list[Peer], problem: Problem, rows: tuple[np.ndarray, np.ndarray] | None, seconds: float, turn: float
+) -> None:
     """Starts the peers, times them in turns, stops them."""
     for peer in peers:
         say(f"{peer.entry.key}: getting ready …")
-        peer.start(problem)
+        peer.start(problem, rows)
         if peer.reason:
             say(f"{peer.entry.key}: left out, {peer.reason}")
     began = time.monotonic()
-
-    def after(turns: int) -> None:
-        save()
-        say(f"round {turns}, {time.monotonic() - began:.0f} of {seconds:g} s")
-
-    running = [peer for peer in peers if peer.reason is None]
-    if running:
+    if running := [peer for peer in peers if peer.reason is None]:
+        after = lambda turns: say(f"round {turns}, {time.monotonic() - began:.0f} of {seconds:g} s")  # noqa: E731
         interleave(running, seconds, turn, after)
     for peer in peers:
         peer.stop()
-
-
-def keep(path: Path, machine: Machine, tables: list[list[Peer]]) -> None:
-    """Writes what is known so far, in one step."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_suffix(".part")
-    part.write_text(json.dumps(as_json(machine, *tables), indent=1))
-    part.replace(path)
 
 
 if __name__ == "__main__":

@@ -3,19 +3,14 @@
 from pathlib import Path
 
 
-def put(path: Path, begin: str, end: str, text: str) -> None:
-    """Puts the text between the lines `begin` and `end`.
+def put(path: Path, name: str, text: str) -> None:
+    """Puts the text between the lines ``<!-- name -->`` and ``<!-- /name -->``.
 
     Raises:
         ValueError: the file does not have each of them once, in this order.
     """
-    page = path.read_text(encoding="utf-8")
+    page, begin, end = path.read_text(encoding="utf-8"), f"<!-- {name} -->", f"<!-- /{name} -->"
     if page.count(begin) != 1 or page.count(end) != 1 or page.index(begin) > page.index(end):
         raise ValueError(f"{path}: expected one line {begin} and, after it, one line {end}")
     before, rest = page.split(begin)
     path.write_text(f"{before}{begin}\n{text}\n{end}{rest.split(end)[1]}", encoding="utf-8")
-
-
-def markers(name: str) -> tuple[str, str]:
-    """Before and behind the figures of this name."""
-    return f"<!-- figures: {name} -->", f"<!-- /figures: {name} -->"

@@ -3,20 +3,15 @@
 The answers known beforehand, by linear programming and bounded least squares in SciPy, are what a peer is judged by.
 """
 
-from dataclasses import dataclass, fields
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linprog, lsq_linear
 
-from bench.workload import FAILED, LIMIT, arm
+from bench.workload import LIMIT, arm, locked_joints, paths
 
 PATH = 32
 """Ticks of one path: the arm moves on by less than it may in a millisecond, the tool is told one direction."""
-
-
-LOCKED_AT = (0.4, -0.7, 1.1)
-"""[rad] Where the failed joints stand."""
 
 
 @dataclass(frozen=True)
@@ -45,16 +40,6 @@ class Problem:
         """Indices of the joints that work."""
         return np.setdiff1d(np.arange(self.q.shape[1]), self.locked)
 
-    def save(self, path: Path) -> None:
-        """As one .npz file."""
-        np.savez(path, **{field.name: getattr(self, field.name) for field in fields(self)})
-
-    @classmethod
-    def load(cls, path: Path) -> "Problem":
-        """From what `save` wrote."""
-        with np.load(path) as file:
-            return cls(**{field.name: file[field.name] for field in fields(cls)})
-
 
 def make_problem(ticks: int = 1024, seed: int = 4) -> Problem:
     """Random poses, from each of them a path of small steps; all twists scaled so that half are infeasible."""
@@ -67,20 +52,6 @@ def make_batch(rows: int, judged: int = 256, seed: int = 5) -> tuple[Problem, np
     q, twist = paths(rows, 1, seed)
     problem, scale = solved(q[:judged], twist[:judged])
     return problem, q, scale * twist
-
-
-def paths(count: int, length: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """q (count · length, n) and unscaled twists (count · length, 6), the same ones in every process."""
-    random, n, locked = np.random.default_rng(seed), arm().n, locked_joints()
-    start, along = random.uniform(-2.0, 2.0, (count, n)), random.uniform(-1.0, 1.0, (count, n))
-    start[:, locked], along[:, locked] = LOCKED_AT, 0.0
-    q = start[:, None] + 1e-3 * np.arange(length)[:, None] * along[:, None]
-    return q.reshape(-1, n), np.repeat(random.normal(size=(count, 6)), length, axis=0)
-
-
-def locked_joints() -> np.ndarray:
-    """Indices of the failed joints."""
-    return np.array([arm().joint_index(name) for name in FAILED])
 
 
 def solved(q: np.ndarray, twist: np.ndarray) -> tuple[Problem, float]:

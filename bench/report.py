@@ -1,43 +1,22 @@
-"""Tables of what was measured, the requirements they are held against, and their place in the README."""
+"""Tables of what was measured beside the peers, and the requirements they are held against."""
 
 import datetime
-import os
 import platform
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
 from bench.field import Peer
-from bench.page import put
-from bench.timing import machine_note
 
 MARK = "†"
 LEGEND = (
     f"{MARK}: exceeds a limit, moves a locked joint or misses a feasible twist. Excess error: error above the least "
     "possible, relative to the twist; mean over the ticks or rows that are not feasible, in brackets the worst of them."
 )
-BEGIN, END = "<!-- bench-peers -->", "<!-- /bench-peers -->"
 BOUND_RATIO, NEW_RATIO, QP_RATIO = 10.0, 6.0, 80.0
 """Required: our time with bound buffers and with a new array under the fastest peer's, and under Pink's and mink's."""
-
-
-@dataclass
-class Machine:
-    """Where and when it was measured."""
-
-    cores: int
-    processor: str
-    date: str
-    notes: list[str] = field(default_factory=list)
-
-    @classmethod
-    def here(cls, cores: int) -> "Machine":
-        """This machine, now."""
-        return cls(cores, processor(), datetime.date.today().isoformat(), [machine_note(cores)])
-
-    def finish(self) -> None:
-        """Notes what the machine is doing at the end."""
-        self.notes.append(machine_note(self.cores))
+SHORT = ("default-bound", "ours-bound", "pinocchio-daqp", "placo", "pink", "mink")
+"""The lines of the README's table."""
+HEAD = "over the limit", "locked joint moved", "feasible missed", "excess error: mean (worst)"
 
 
 def processor() -> str:
@@ -48,46 +27,41 @@ def processor() -> str:
     return names[0] if names else platform.machine()
 
 
-def measured(peers: list[Peer]) -> list[Peer]:
-    """Those that have times, ours first, then by time."""
-    return sorted((peer for peer in peers if peer.times), key=lambda peer: (not peer.entry.ours, peer.best))
+def markdown(head: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
+    """A table; numbers to the right of the first column."""
+    rows = ["| " + " | ".join(cells) + " |" for cells in (head, *lines)]
+    return "\n".join([rows[0], "|---" + "|---:" * (len(head) - 1) + "|", *rows[1:]])
 
 
-def reference(peers: list[Peer]) -> Peer | None:
-    """What the ratios are over: the first of ours in the table."""
-    return next((peer for peer in peers if peer.entry.ours and peer.times), None)
-
-
-def table(peers: list[Peer], unit: str) -> list[str]:
-    """Markdown, one line a peer; those whose answers are wrong have a mark, ours among them."""
-    ours = reference(peers)
-    names = (f"min [{unit}]", f"median [{unit}]", "times ours", "over the limit", "locked joint moved")
-    names = (*names, "feasible missed", "excess error: mean (worst)")
-    lines = [f"| | {' | '.join(names)} |", "|---" + "|---:" * len(names) + "|"]
-    for peer in measured(peers):
+def table(peers: list[Peer], unit: str) -> str:
+    """One line a peer, ours first, then by time; those whose answers are wrong have a mark, ours among them."""
+    measured = sorted((peer for peer in peers if peer.times), key=lambda peer: (not peer.entry.ours, peer.best))
+    ours = next((peer.best for peer in peers if peer.entry.ours and peer.times), None)
+    lines = []
+    for peer in measured:
         verdict = peer.verdict
         assert verdict is not None
-        ratio = "-" if ours is None else f"{peer.best / ours.best:.1f}"
+        ratio = "-" if ours is None else f"{peer.best / ours:.1f}"
         over = f"{verdict.over_limit}" + (f" (by {verdict.worst_over:.1e})" if verdict.over_limit else "")
-        missed = f"{verdict.missed} of {verdict.feasible}"
         mean, worst = verdict.excess, verdict.worst_excess
         excess = "0" if worst <= 1e-6 else f"{100 * mean:.2g} % ({100 * worst:.2g} %)"
         title = peer.entry.title if verdict.clean else f"{peer.entry.title} {MARK}"
         cells = [title, f"{peer.best:.2f}", f"{peer.median:.2f}", ratio, over, str(verdict.locked_moved)]
-        lines.append("| " + " | ".join([*cells, missed, excess]) + " |")
-    return lines
+        lines.append([*cells, f"{verdict.missed} of {verdict.feasible}", excess])
+    return markdown(("", f"min [{unit}]", f"median [{unit}]", "times ours", *HEAD), lines)
 
 
-def failures(peers: list[Peer]) -> list[str]:
-    """Who took no part, and why."""
-    return [f"Left out: {peer.entry.title}: {peer.reason}." for peer in peers if peer.reason]
-
-
-def versions(*tables: list[Peer]) -> str:
-    """Of the peers' libraries."""
-    found = {name: version for peers in tables for peer in peers for name, version in peer.versions.items()}
-    found.pop("stillreach", None)  # what is measured is this tree, whatever its version
-    return ", ".join(f"{name} {version}" for name, version in sorted(found.items()))
+def short_table(ticks: list[Peer]) -> str:
+    """The README's: time, ratio to our default law, and error above the least possible."""
+    by_key = {peer.entry.key: peer for peer in ticks if peer.times}
+    shown = [by_key[key] for key in SHORT if key in by_key]
+    lines = []
+    for peer in shown:
+        assert peer.verdict is not None
+        worst = peer.verdict.worst_excess
+        excess = "0" if worst <= 1e-6 else f"{100 * peer.verdict.excess:.2g} % (worst {100 * worst:.2g} %)"
+        lines.append([peer.entry.title, f"{peer.best:.2f}", f"{peer.best / shown[0].best:.1f}", excess])
+    return markdown(("one tick from Python", "µs", "times ours", "excess error, mean"), lines)
 
 
 def requirements(ticks: list[Peer]) -> list[str]:
@@ -103,8 +77,7 @@ def requirements(ticks: list[Peer]) -> list[str]:
     for key in ("pink", "pink-frame", "mink", "mink-frame"):
         if bound and key in by_key:
             lines.append(_met(f"bound buffers over {by_key[key].entry.title}", by_key[key].best / bound.best, QP_RATIO))
-    lines += [_safe(ours) for ours in (bound, new) if ours]
-    return lines
+    return lines + [_safe(ours) for ours in (bound, new) if ours]
 
 
 def _met(what: str, ratio: float, least: float) -> str:
@@ -119,42 +92,15 @@ def _safe(ours: Peer) -> str:
     return f"- {word}: {ours.entry.title}: {wrong}"
 
 
-def report(ticks: list[Peer], batches: list[Peer], count: int, rows: int, machine: Machine) -> str:
-    """All of it, in Markdown."""
-    lines = [f"One tick from Python, {count} ticks of which half are feasible, in µs:", "", *table(ticks, "µs")]
-    if measured(batches):
-        lines += ["", f"A batch of {rows} rows, one thread, in µs a row:", "", *table(batches, "µs")]
-    lines += ["", LEGEND, "", *failures([*ticks, *batches])]
-    lines += ["", "Required of a single tick:", "", *requirements(ticks)]
-    busy = ", ".join(sorted({note.split(":")[0].lower() for note in machine.notes}))
-    where = f"{machine.date}, one core of {machine.processor} ({machine.cores} cores; {busy})"
-    lines += ["", f"{where}; Python {platform.python_version()}, {versions(ticks, batches)}."]
-    return "\n".join(lines)
-
-
-def as_json(machine: Machine, *tables: list[Peer]) -> dict[str, Any]:
-    """What is known so far, for the results file."""
-    peers = [
-        {
-            "key": peer.entry.key,
-            "title": peer.entry.title,
-            "reason": peer.reason,
-            "versions": peer.versions,
-            "verdict": asdict(peer.verdict) if peer.verdict else None,
-            "passes": len(peer.times[0]) if peer.times else 0,
-            "min_us": peer.best if peer.times else None,
-            "median_us": peer.median if peer.times else None,
-        }
-        for table in tables
-        for peer in table
-    ]
-    return {"machine": asdict(machine), "load": os.getloadavg(), "peers": peers}
-
-
-def into_readme(path: Path, text: str) -> None:
-    """Puts the text between the markers.
-
-    Raises:
-        ValueError: the file has no markers.
-    """
-    put(path, BEGIN, END, text)
+def report(ticks: list[Peer], batches: list[Peer], count: int, rows: int, cores: int, notes: set[str]) -> str:
+    """Both tables, who took no part, and where they were measured."""
+    lines = [f"One tick from Python, {count} ticks of which half are feasible, in µs:", "", table(ticks, "µs")]
+    if any(peer.times for peer in batches):
+        lines += ["", f"A batch of {rows} rows, one thread, in µs a row:", "", table(batches, "µs")]
+    every = [*ticks, *batches]
+    lines += ["", LEGEND, *(f"Left out: {peer.entry.title}: {peer.reason}." for peer in every if peer.reason)]
+    versions = {name: version for peer in every for name, version in peer.versions.items() if name != "stillreach"}
+    busy = ", ".join(sorted({note.split(":")[0].lower() for note in notes}))
+    where = f"{datetime.date.today().isoformat()}, one core of {processor()} ({cores} cores; {busy})"
+    listed = ", ".join(f"{name} {version}" for name, version in sorted(versions.items()))
+    return "\n".join([*lines, "", f"{where}; Python {platform.python_version()}, {listed}."])

@@ -1,7 +1,6 @@
 """The common work of a batch: independent rows of the paper's arm, of which a known part is over the limit."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -37,11 +36,6 @@ class Rows:
         shape = self.q.shape
         lower, upper = (np.array(np.broadcast_to(side, shape)) for side in (self.lower, self.upper))
         return Rows(self.q, self.twist, lower, upper, self.over)
-
-    def write(self, path: Path) -> None:
-        """As rows.cpp reads it."""
-        parts = (self.q, self.twist, self.lower, self.upper)
-        path.write_bytes(b"".join(np.ascontiguousarray(part).tobytes() for part in parts))
 
 
 def make_rows(

@@ -7,15 +7,17 @@ Minima of interleaved repeats in one process on one core, averaged over many pos
 import argparse
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
 import stillreach as sr
 from bench.hostile import TICKS, print_hostile
-from bench.pinocchio_peer import PinocchioPeer
+from bench.peers.pinocchio_numpy import Peer
 from bench.timing import Row, machine_note, measure, pin_to_one_core
-from bench.workload import OVER, Workload, arm, controller, workload
+from bench.workload import OVER, Workload, controller, robot, workload
 from stillreach import _core
 
 LAWS: dict[str, tuple[sr.Law, tuple[float, float, float] | None]] = {
@@ -97,9 +99,15 @@ def fail_and_restore() -> Callable[[slice], None]:
     return run
 
 
+def pinocchio() -> Peer:
+    """Pinocchio and NumPy, without a limit to scale down to."""
+    with tempfile.TemporaryDirectory() as folder:
+        return Peer(robot(Path(folder), limit=np.inf))
+
+
 def peer_ticks(work: Workload) -> Callable[[slice], None]:
     """Pinocchio and NumPy on every row."""
-    tick, rows = PinocchioPeer(arm()).tick, list(zip(list(work.q), list(work.twist), strict=True))
+    tick, rows = pinocchio().tick, list(zip(list(work.q), list(work.twist), strict=True))
 
     def run(part: slice) -> None:
         for q, twist in rows[part]:
@@ -136,7 +144,7 @@ def startup(repeats: int = 9) -> list[float]:
 
 def same_answers(work: Workload) -> float:
     """Largest relative difference between the peer's rates and Pseudoinverse's: both do the same work."""
-    peer, ctl = PinocchioPeer(arm()), controller(sr.Pseudoinverse())
+    peer, ctl = pinocchio(), controller(sr.Pseudoinverse())
     pairs = [(peer.tick(q, t).copy(), ctl.step(q, t).rates) for q, t in zip(work.q, work.twist, strict=True)]
     return max(float(np.max(np.abs(a - b)) / np.max(np.abs(b))) for a, b in pairs)
 

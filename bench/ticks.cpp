@@ -27,9 +27,15 @@ Work walk(const stillreach::LawSettings& law) {
     const std::function<void()> tick = [&] { robot.tick(q.data(), twist.data()); };
     double sum = 0.0;
     for (long t = 0; t < count; ++t) {
-      if (t % 50 == 0) q = random.vector(robot.n, 2.0), twist = random.vector(6, 1.0);
+      if (t % 50 == 0) {
+        q = random.vector(robot.n, 2.0);
+        twist = random.vector(6, 1.0);
+      }
       piece(tick);
-      for (int i = 0; i < robot.n; ++i) q[i] += 1e-3 * robot.rates[i], sum += robot.rates[i];
+      for (int i = 0; i < robot.n; ++i) {
+        q[i] += 1e-3 * robot.rates[i];
+        sum += robot.rates[i];
+      }
     }
     return sum;
   };
@@ -46,10 +52,18 @@ Work batch(const stillreach::LawSettings& law) {
     std::vector<std::int32_t> status(count);
     for (int joint : {1, 3, 6}) lower[joint] = upper[joint] = 0.0;
     stillreach::Batch b{};
-    b.arm = robot.state.arm, b.law = law, b.m = 6, b.every_row = 1;
+    b.arm = robot.state.arm;
+    b.law = law;
+    b.m = 6;
+    b.every_row = 1;
     for (int r = 0; r < 6; ++r) b.rows[r] = r;
-    b.q = q.data(), b.twist = twist.data(), b.twist_stride = 6, b.lower = lower.data(), b.upper = upper.data();
-    b.rates = rates.data(), b.status = status.data();
+    b.q = q.data();
+    b.twist = twist.data();
+    b.twist_stride = 6;
+    b.lower = lower.data();
+    b.upper = upper.data();
+    b.rates = rates.data();
+    b.status = status.data();
     struct alignas(64) Line {
       double numbers[8];
     };

@@ -54,7 +54,6 @@ def measure(
     parts: Sequence[slice] = PATHS,
     *,
     least: int = 5,
-    between: Callable[[], object] | None = None,
 ) -> int:
     """Times all rows in turn, again and again, for about this long. Returns the number of repeats.
 
@@ -63,7 +62,6 @@ def measure(
         seconds: how long, at least.
         parts: the slices of the workload that are timed one by one.
         least: repeats, at least.
-        between: called after each repeat.
     """
     gc.collect()
     gc.disable()
@@ -76,8 +74,6 @@ def measure(
                     row.run(part)
                     times.append((time.perf_counter_ns() - began) / (1e3 * (part.stop - part.start)))
             repeats += 1
-            if between:
-                between()
     finally:
         gc.enable()
     return repeats

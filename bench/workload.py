@@ -1,16 +1,21 @@
 """The common work: the paper's arm with joints 2, 4 and 7 failed, at many poses along short paths."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 import stillreach as sr
+from bench.peers.base import TOOL, Robot
 
-FAILED = ("j2", "j4", "j7")
+FAILED = {"j2": 0.4, "j4": -0.7, "j7": 1.1}
+"""The joints that failed, and where [rad] they stand."""
 LIMIT = np.deg2rad(50.0)
 POSES, STEPS = 16, 16
 OVER = 1.5
 """How far the pseudoinverse's largest rate is over the limit, in the ticks where the limit bites."""
+FAR = 1000.0
+"""[rad] A position limit that is never met: several readers make a joint without one into a pair (cos, sin)."""
 
 
 @dataclass(frozen=True)
@@ -29,23 +34,30 @@ def arm() -> sr.Arm:
     return sr.arms.nasa_modular()
 
 
-def workload(part: float, seed: int = 1) -> Workload:
-    """Random poses, from each of them a path of small steps, commanded in one direction.
+def locked_joints() -> np.ndarray:
+    """Indices of the failed joints."""
+    return np.array([arm().joint_index(name) for name in FAILED])
 
-    Twists are as long as the pseudoinverse needs for a largest rate of `part` times the limit.
-    """
-    random, robot = np.random.default_rng(seed), arm()
-    working = [i for i, name in enumerate(robot.joint_names) if name not in FAILED]
-    paths, twists = [], []
-    for _ in range(POSES):
-        start, along = random.uniform(-2.0, 2.0, robot.n), random.uniform(-1.0, 1.0, robot.n) * 1e-3
-        direction = random.normal(size=6)
-        for step in range(STEPS):
-            q = start + step * along
-            rates = np.linalg.pinv(robot.jacobian(q)[:, working]) @ direction
-            paths.append(q)
-            twists.append(direction * (part * LIMIT / np.max(np.abs(rates))))
-    return Workload(np.array(paths), np.array(twists))
+
+def working_joints() -> np.ndarray:
+    """Indices of the others."""
+    return np.setdiff1d(np.arange(arm().n), locked_joints())
+
+
+def paths(count: int, length: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """q (count · length, n) along paths of small steps and twists (count · length, 6) of any size, one a path."""
+    random, n, locked = np.random.default_rng(seed), arm().n, locked_joints()
+    start, along = random.uniform(-2.0, 2.0, (count, n)), random.uniform(-1.0, 1.0, (count, n))
+    start[:, locked], along[:, locked] = list(FAILED.values()), 0.0
+    q = start[:, None] + 1e-3 * np.arange(length)[:, None] * along[:, None]
+    return q.reshape(-1, n), np.repeat(random.normal(size=(count, 6)), length, axis=0)
+
+
+def workload(part: float, seed: int = 1) -> Workload:
+    """Twists as long as the pseudoinverse needs for a largest rate of `part` times the limit."""
+    q, twist = paths(POSES, STEPS, seed)
+    rates = np.linalg.pinv(arm().jacobian(q)[:, :, working_joints()]) @ twist[:, :, None]
+    return Workload(q, twist * (part * LIMIT / np.max(np.abs(rates), axis=1)))
 
 
 def controller(law: sr.Law) -> sr.Controller:
@@ -55,3 +67,12 @@ def controller(law: sr.Law) -> sr.Controller:
         ctl.fail(joint)
     ctl.reset()
     return ctl
+
+
+def robot(folder: Path, limit: float = float(LIMIT)) -> Robot:
+    """The arm as peers take it; writes its URDF file into the folder."""
+    limited = arm().with_limits(position=(-FAR, FAR), velocity=LIMIT)
+    left = sr.Arm.from_urdf(limited.to_urdf(), tip=TOOL, fixed=FAILED)
+    left.to_urdf(folder / "working.urdf")
+    chain = (np.array([j.placement for j in left.joints]), np.array([j.axis for j in left.joints]), left.tool)
+    return Robot(str(folder / "working.urdf"), arm().n, working_joints(), locked_joints(), limit, *chain)

@@ -13,7 +13,8 @@ static void couple(Arm& arm, nb::handle leaders, nb::handle factors, nb::handle 
     if (arm.leaders.back() < 0 || arm.leaders.back() >= moved) refuse("leaders", describe(leaders), "indices of joints");
     arm.n = std::max(arm.n, arm.leaders.back() + 1);
   }
-  arm.factors.resize(moved), arm.offsets.resize(moved);
+  arm.factors.resize(to_size(moved));
+  arm.offsets.resize(to_size(moved));
   read_vector("factors", factors, moved, arm.factors.data());
   read_vector("offsets", offsets, moved, arm.offsets.data());
   if (static_cast<int>(arm.leaders.size()) != moved) refuse("leaders", describe(leaders), std::to_string(moved) + " of them");
@@ -25,13 +26,13 @@ static void make_arm(Arm* self, nb::handle kinds, nb::handle placements, nb::han
   const long n = poses.open(placements) && poses.ndim() == 3 ? poses.size(0) : -1;
   View checked = strict("placements", placements, {n < 1 ? 1 : n, 4, 4}, false);
   View axis = strict("axes", axes, {n, 3}, false);
-  std::vector<double> all(16 * (n + 1));
-  std::memcpy(all.data(), checked.data(), sizeof(double) * 16 * n);
-  std::memcpy(all.data() + 16 * n, end.data(), sizeof(double) * 16);
-  std::vector<std::int8_t> kind;
-  for (nb::handle k : nb::iter(kinds)) kind.push_back(static_cast<std::int8_t>(nb::cast<int>(nb::int_(k))));
-  if (static_cast<long>(kind.size()) != n) refuse("kinds", describe(kinds), std::to_string(n) + " kinds (0 revolute, 1 prismatic)");
-  Arm arm{static_cast<int>(n), std::vector<stillreach::Link>(n), {}, {}, {}, {}, {}};
+  std::vector<double> all(16 * to_size(n + 1));
+  std::copy_n(checked.data(), 16 * n, all.data());
+  std::copy_n(end.data(), 16, all.data() + 16 * n);
+  std::vector<stillreach::JointKind> kind;
+  for (nb::handle k : nb::iter(kinds)) kind.push_back(nb::cast<stillreach::JointKind>(k));
+  if (static_cast<long>(kind.size()) != n) refuse("kinds", describe(kinds), std::to_string(n) + " kinds");
+  Arm arm{static_cast<int>(n), std::vector<stillreach::Link>(to_size(n)), {}, {}, {}, {}, {}};
   arm.chain = kernel().align_axes(arm.n, kind.data(), all.data(), axis.data(), arm.links.data());
   couple(arm, leaders, factors, offsets);
   new (self) Arm(std::move(arm));
@@ -59,7 +60,8 @@ static nb::object kinematics(const Arm& arm, nb::handle q, bool want_jacobian) {
   nb::object out = new_array(want_jacobian ? nb::object(nb::make_tuple(count, 6, n)) : nb::object(nb::make_tuple(count, 4, 4)));
   View to = strict("out", out, {count, want_jacobian ? 6 : 4, want_jacobian ? n : 4}, true);
   stillreach::KinematicsBatch b{};
-  b.arm = arm.view(), b.q = rows.data();
+  b.arm = arm.view();
+  b.q = rows.data();
   (want_jacobian ? b.jacobian : b.pose) = to.data();
   each_row(b, count);
   return out;
@@ -71,14 +73,19 @@ static nb::object spectra(const Arm& arm, nb::handle q, const Metric& metric, nb
   View rows = strict("q", q, {-1, arm.n}, false);
   const long count = rows.size(0);
   stillreach::KinematicsBatch b{};
-  b.arm = arm.view(), b.q = rows.data(), b.metric = metric.data->view(), b.m = metric.data->m, b.tool_axes = tool_axes;
+  b.arm = arm.view();
+  b.q = rows.data();
+  b.metric = metric.data->view();
+  b.m = metric.data->m;
+  b.tool_axes = tool_axes;
   int r = 0;
   for (nb::handle row : task_rows)
     if (r < 6) b.rows[r++] = nb::cast<int>(row);
   std::vector<int> chosen;
   for (nb::handle joint : joints) chosen.push_back(nb::cast<int>(joint));
   if (r != b.m || metric.data->n != arm.n) refuse("metric", std::to_string(metric.data->n) + " joints", std::to_string(arm.n));
-  b.joints = chosen.data(), b.count = static_cast<int>(chosen.size());
+  b.joints = chosen.data();
+  b.count = static_cast<int>(chosen.size());
   nb::object out = new_array(product ? nb::object(nb::make_tuple(count)) : nb::object(nb::make_tuple(count, std::min(b.m, b.count))));
   View to;
   to.open(out);
@@ -91,7 +98,7 @@ void bind_arm(nb::module_& m) {
   nb::class_<Arm>(m, "ArmModel", "A serial chain, as the core reads it.")
       .def("__init__", &make_arm, nb::arg("kinds"), nb::arg("placements"), nb::arg("axes"), nb::arg("tool"),
            nb::arg("leaders") = nb::none(), nb::arg("factors") = nb::none(), nb::arg("offsets") = nb::none(),
-           "kinds (n,) 0 revolute, 1 prismatic; placements (n, 4, 4) of the joint frames seen from what the joint before moves; "
+           "kinds (n,) JointKind; placements (n, 4, 4) of the joint frames seen from what the joint before moves; "
            "axes (n, 3) unit vectors in the joint frames; tool (4, 4). With leaders (n,) of these joints joint a is at "
            "factors[a] q[leaders[a]] + offsets[a], and the arm has as many joints as there are leaders.")
       .def_prop_ro("n", [](const Arm& a) { return a.n; }, "Number of joints.")

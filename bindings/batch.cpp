@@ -21,7 +21,8 @@ struct BatchScratch {
   std::vector<double> rollout;
   stillreach::Memory fit(int n, bool full) {
     const auto grow = [](auto& v, std::size_t count) { if (v.size() < count) v.resize(count); };
-    grow(ints, kernel().batch_ints(n)), grow(bytes, kernel().batch_bytes(n));
+    grow(ints, kernel().batch_ints(n));
+    grow(bytes, kernel().batch_bytes(n));
     return {aligned(doubles, kernel().batch_doubles(n, full)), ints.data(), bytes.data()};
   }
   double* fit_rollout(int n) {
@@ -69,7 +70,11 @@ class Arrays {
 
 void set_task(stillreach::Batch& b, const Law& law, const Metric& metric, nb::sequence rows, bool tool_axes) {
   const int m = metric.data->m;
-  b.law = law.settings, b.metric = metric.data->view(), b.m = m, b.tool_axes = tool_axes, b.arm.n = metric.data->n;
+  b.law = law.settings;
+  b.metric = metric.data->view();
+  b.m = m;
+  b.tool_axes = tool_axes;
+  b.arm.n = metric.data->n;
   int r = 0;
   for (nb::handle row : rows)
     if (r < 6) b.rows[r++] = nb::cast<int>(row);
@@ -105,15 +110,21 @@ void solve_batch(const Law& law, const Metric& metric, nb::handle arm, nb::seque
   b.reference = in.rows("reference", count, n, b.reference_stride);
   b.last = in.numbers("last", {count, n}, false);
   if (b.last) {
-    b.position_lower = in.rows("position_lower", count, n, ignored), b.position_upper = in.rows("position_upper", count, n, ignored);
+    b.position_lower = in.rows("position_lower", count, n, ignored);
+    b.position_upper = in.rows("position_upper", count, n, ignored);
     b.acceleration = in.rows("acceleration", count, n, ignored);
     b.period = nb::cast<double>(given["period"]);
   }
-  b.rates = out.numbers("rates", {count, n}, true, "out"), b.status = out.integers<std::int32_t>("status", count, "int32");
-  b.residual = out.numbers("residual", {count, m}, true), b.damping = out.numbers("damping", {count}, true);
-  b.scale = out.numbers("scale", {count}, true), b.task_error = out.numbers("task_error", {count}, true);
-  b.pose = out.numbers("pose", {count, 4, 4}, true), b.jacobian = out.numbers("jacobian", {count, m, n}, true);
-  b.active = out.integers<std::int8_t>("active", count * n, "int8"), b.iterations = out.integers<std::int32_t>("iterations", count, "int32");
+  b.rates = out.numbers("rates", {count, n}, true, "out");
+  b.status = out.integers<std::int32_t>("status", count, "int32");
+  b.residual = out.numbers("residual", {count, m}, true);
+  b.damping = out.numbers("damping", {count}, true);
+  b.scale = out.numbers("scale", {count}, true);
+  b.task_error = out.numbers("task_error", {count}, true);
+  b.pose = out.numbers("pose", {count, 4, 4}, true);
+  b.jacobian = out.numbers("jacobian", {count, m, n}, true);
+  b.active = out.integers<std::int8_t>("active", count * n, "int8");
+  b.iterations = out.integers<std::int32_t>("iterations", count, "int32");
   const bool full = b.metric.joints != nullptr;
   run_unlocked(count, rows_at_once(n, full), threads > 0 ? threads : default_threads(), [&](std::ptrdiff_t first, std::ptrdiff_t last, const Stopped&) {
     Lease<BatchScratch> scratch(batch_scratch);
@@ -132,20 +143,29 @@ void rollout_batch(const Law& law, const Metric& metric, const Arm& arm, nb::seq
   if (arm.n != n) refuse("arm", std::to_string(arm.n) + " joints", std::to_string(n) + ", as the metric has");
   b.arm = arm.view();
   set_bounds(b, in, count, n);
-  r.start = in.numbers("start", {count, n}, false), r.last = in.numbers("last_rates", {count, n}, false);
-  r.twist_row = twist_strides.first, r.twist_step = twist_strides.second;
+  r.start = in.numbers("start", {count, n}, false);
+  r.last = in.numbers("last_rates", {count, n}, false);
+  r.twist_row = twist_strides.first;
+  r.twist_step = twist_strides.second;
   r.twist = in.numbers("twist", {(r.twist_row ? count : 1) * (r.twist_step ? steps : 1) * 6}, false);
   if ((r.twist_row != 0 && r.twist_row != (r.twist_step ? 6 * steps : 6)) || (r.twist_step != 0 && r.twist_step != 6))
     refuse("twist_strides", "others", "those of the array");
   std::ptrdiff_t ignored;
-  b.position_lower = in.rows("position_lower", count, n, ignored), b.position_upper = in.rows("position_upper", count, n, ignored);
-  b.acceleration = in.rows("acceleration", count, n, ignored), b.period = r.period = period;
-  r.steps = steps, r.every = every, r.runge_kutta = runge_kutta;
-  r.q = out.numbers("q", {count, records, n}, true), r.rates = out.numbers("rates", {count, records, n}, true);
+  b.position_lower = in.rows("position_lower", count, n, ignored);
+  b.position_upper = in.rows("position_upper", count, n, ignored);
+  b.acceleration = in.rows("acceleration", count, n, ignored);
+  b.period = r.period = period;
+  r.steps = steps;
+  r.every = every;
+  r.runge_kutta = runge_kutta;
+  r.q = out.numbers("q", {count, records, n}, true);
+  r.rates = out.numbers("rates", {count, records, n}, true);
   r.task_error = out.numbers("task_error", {count, records}, true);
   r.status = out.integers<std::int32_t>("status", count * records, "int32");
-  r.final_q = out.numbers("final_q", {count, n}, true), r.final_rates = out.numbers("final_rates", {count, n}, true);
-  r.worst_error = out.numbers("worst_error", {count}, true), r.any_status = out.integers<std::int32_t>("any_status", count, "int32");
+  r.final_q = out.numbers("final_q", {count, n}, true);
+  r.final_rates = out.numbers("final_rates", {count, n}, true);
+  r.worst_error = out.numbers("worst_error", {count}, true);
+  r.any_status = out.integers<std::int32_t>("any_status", count, "int32");
   const bool full = b.metric.joints != nullptr;
   const std::ptrdiff_t block = std::min<std::ptrdiff_t>(rows_at_once(n, full), stillreach::kRolloutBlock);
   run_unlocked(count, block, threads > 0 ? threads : default_threads(), [&](std::ptrdiff_t first, std::ptrdiff_t last, const Stopped& stopped) {

@@ -1,33 +1,37 @@
 #include "controller.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
 void Controller::take_next() {
   const std::unique_ptr<NullMotion> taken = std::move(next);
-  std::memcpy(const_cast<double*>(state.null_vector), taken->vector.data(), sizeof(double) * n());
-  state.null_kind = taken->kind, state.null_gain = taken->gain, state.null_largest = taken->largest;
+  std::copy_n(taken->vector.data(), n(), const_cast<double*>(state.null_vector));
+  state.null_kind = taken->kind;
+  state.null_gain = taken->gain;
+  state.null_largest = taken->largest;
   std::swap(gradient, taken->gradient);  // the old one ends with `taken`, and may run Python code then
 }
 
 bool Controller::update_gradient(const double* q, bool raise) {
   const nb::object called = gradient;
   Lease<std::vector<double>> read(proposed);
-  read->assign(n(), 0.0);
+  read->assign(to_size(n()), 0.0);
   bool fine = true;
   try {
     nb::object at = new_vector(n());
     View view;
     view.open(at);
-    std::memcpy(view.data(), q, sizeof(double) * n());
+    std::copy_n(q, n(), view.data());
     read_vector("gradient(q)", called(at), n(), read->data(), true, labels);
   } catch (nb::python_error& error) {
     if (raise || !error.matches(PyExc_Exception) || error.matches(PyExc_KeyboardInterrupt)) throw;
     error.discard_as_unraisable("stillreach: the null motion's gradient");
-    read->assign(n(), 0.0), fine = false;
+    read->assign(to_size(n()), 0.0);
+    fine = false;
   }
   // A tick inside the gradient may have brought another null motion, whose numbers these are not.
-  if (gradient.is(called)) std::memcpy(const_cast<double*>(state.null_vector), read->data(), sizeof(double) * n());
+  if (gradient.is(called)) std::copy_n(read->data(), n(), const_cast<double*>(state.null_vector));
   return fine;
 }
 
@@ -36,30 +40,63 @@ static void make_controller(Controller* self, const Arm& arm, const Law& law, co
                             double track_gain) {
   new (self) Controller();
   Controller& c = *self;
-  c.arm = arm, c.metric = metric.data, c.labels = nb::borrow(labels);
+  c.arm = arm;
+  c.metric = metric.data;
+  c.labels = nb::borrow(labels);
   const int n = arm.n, m = static_cast<int>(nb::len(rows));
   stillreach::ControllerState& s = c.state;
-  s.arm = c.arm.view(), s.law = law.settings, s.metric = c.metric->view(), s.m = m;
-  s.every_row = m == 6 && !tool_axes, s.tool_axes = tool_axes;
-  for (int r = 0; r < m; ++r) s.rows[r] = nb::cast<int>(rows[r]), s.every_row = s.every_row && s.rows[r] == r;
-  s.period = period, s.return_rate = return_rate, s.transition_rate = transition_rate;
-  s.track_gain = track_gain, s.track_linear = s.track_angular = std::numeric_limits<double>::infinity();
-  s.null_kind = stillreach::NULL_NONE, s.null_largest = std::numeric_limits<double>::infinity();
+  s.arm = c.arm.view();
+  s.law = law.settings;
+  s.metric = c.metric->view();
+  s.m = m;
+  s.every_row = m == 6 && !tool_axes;
+  s.tool_axes = tool_axes;
+  for (int r = 0; r < m; ++r) {
+    s.rows[r] = nb::cast<int>(rows[r]);
+    s.every_row = s.every_row && s.rows[r] == r;
+  }
+  s.period = period;
+  s.return_rate = return_rate;
+  s.transition_rate = transition_rate;
+  s.track_gain = track_gain;
+  s.track_linear = s.track_angular = std::numeric_limits<double>::infinity();
+  s.null_kind = stillreach::NullMotionKind::NONE;
+  s.null_largest = std::numeric_limits<double>::infinity();
 
-  c.numbers.assign(34 * static_cast<std::size_t>(n), 0.0), c.bytes.assign(6 * static_cast<std::size_t>(n), 0);
+  c.numbers.assign(33 * to_size(n), 0.0);
+  c.bytes.assign(5 * to_size(n), 0);
   double* at = c.numbers.data();
-  const auto take = [&](int times) { double* p = at; at += static_cast<std::size_t>(times) * n; return p; };
-  s.rate_lower = take(1), s.rate_upper = take(1), s.position_lower = take(1), s.position_upper = take(1), s.acceleration = take(1);
-  s.null_vector = take(1), s.fault_value = take(1), s.last = take(1), s.anchor = take(1), s.lower = take(1), s.upper = take(1), s.reference = take(1);
-  s.task_jacobian = s.every_row ? nullptr : take(6), s.scratch = take(10), s.jacobian = take(6);
+  const auto take = [&](int times) { double* p = at; at += times * n; return p; };
+  s.rate_lower = take(1);
+  s.rate_upper = take(1);
+  s.position_lower = take(1);
+  s.position_upper = take(1);
+  s.acceleration = take(1);
+  s.null_vector = take(1);
+  s.last = take(1);
+  s.anchor = take(1);
+  s.lower = take(1);
+  s.upper = take(1);
+  s.reference = take(1);
+  s.task_jacobian = s.every_row ? nullptr : take(6);
+  s.scratch = take(10);
+  s.jacobian = take(6);
   if (s.every_row) s.task_jacobian = s.jacobian;
-  s.health = c.bytes.data(), s.active = s.health + n, s.lower_reason = s.active + n, s.upper_reason = s.lower_reason + n;
+  c.faults.assign(to_size(n), {});
+  s.faults = c.faults.data();
+  s.active = c.bytes.data();
+  s.lower_reason = s.active + n;
+  s.upper_reason = s.lower_reason + n;
   s.closing = s.upper_reason + n;
   std::int8_t* const turns = s.closing + n;
   for (int i = 0; i < n; ++i) turns[i] = nb::cast<bool>(rotary[i]);
   s.rotary = turns;
-  c.rates.assign(n, 0.0), c.residual.assign(6, 0.0), c.active.assign(n, 0);
-  c.answer.rates = c.rates.data(), c.answer.residual = c.residual.data(), c.answer.active = c.active.data();
+  c.rates.assign(to_size(n), 0.0);
+  c.residual.assign(6, 0.0);
+  c.active.assign(to_size(n), 0);
+  c.answer.rates = c.rates.data();
+  c.answer.residual = c.residual.data();
+  c.answer.active = c.active.data();
   c.scratch.fit(n, !c.metric->joints.empty());
 }
 
@@ -69,28 +106,43 @@ static void set_limits(Controller& c, nb::handle rate_lower, nb::handle rate_upp
   const int n = c.n();
   stillreach::ControllerState& s = c.state;
   const auto copy = [&](nb::handle from, const double* to) { read_vector("limits", from, n, const_cast<double*>(to), false); };
-  copy(rate_lower, s.rate_lower), copy(rate_upper, s.rate_upper), copy(acceleration, s.acceleration);
-  copy(position_lower, s.position_lower), copy(position_upper, s.position_upper);
-  s.speed = speed, s.constant_bounds = 1, s.bounds_stand = 0;
+  copy(rate_lower, s.rate_lower);
+  copy(rate_upper, s.rate_upper);
+  copy(acceleration, s.acceleration);
+  copy(position_lower, s.position_lower);
+  copy(position_upper, s.position_upper);
+  s.speed = speed;
+  s.constant_bounds = 1;
+  s.bounds_stand = 0;
   for (int i = 0; i < n; ++i) {
     s.constant_bounds &= std::isinf(s.position_lower[i]) && std::isinf(s.position_upper[i]) && std::isinf(s.acceleration[i]);
     s.closing[i] = static_cast<std::int8_t>(s.closing[i] | closing);
   }
 }
 
-static void set_track_limits(Controller& c, double linear, double angular) { c.state.track_linear = linear, c.state.track_angular = angular; }
+static void set_track_limits(Controller& c, double linear, double angular) { c.state.track_linear = linear; c.state.track_angular = angular; }
 
-// What the controller did and what is broken, for a copy of it: numbers, then one byte each.
+// What the controller did and what is broken, for a copy of it.
 template <class Visit>
 static void each_memory(stillreach::ControllerState& s, int n, Visit visit) {
-  visit(s.fault_value, n), visit(s.last, n), visit(s.anchor, n), visit(&s.transition, 1);
-  visit(s.multiplier.u, 6), visit(s.multiplier.kappa, stillreach::kParts), visit(&s.multiplier.known, 1);
-  visit(s.health, n), visit(s.active, n), visit(s.closing, n);
+  for (int i = 0; i < n; ++i) {
+    visit(&s.faults[i].health, 1);
+    visit(s.faults[i].number, 2);
+  }
+  visit(s.last, n);
+  visit(s.anchor, n);
+  visit(&s.transition, 1);
+  visit(s.multiplier.u, 6);
+  visit(s.multiplier.kappa, stillreach::kParts);
+  visit(&s.multiplier.raised, 1);
+  visit(&s.multiplier.known, 1);
+  visit(s.active, n);
+  visit(s.closing, n);
 }
 
 static nb::bytes get_state(Controller& c) {
   std::string all;
-  const auto add = [&](const auto* from, int count) { all.append(reinterpret_cast<const char*>(from), sizeof *from * count); };
+  const auto add = [&](const auto* from, int count) { all.append(reinterpret_cast<const char*>(from), sizeof *from * to_size(count)); };
   each_memory(c.state, c.n(), add);
   return nb::bytes(all.data(), all.size());
 }
@@ -98,10 +150,10 @@ static nb::bytes get_state(Controller& c) {
 static void set_state(Controller& c, nb::bytes state) {
   const int n = c.n();
   std::size_t wanted = 0;
-  each_memory(c.state, n, [&](auto* to, int count) { wanted += sizeof *to * count; });
+  each_memory(c.state, n, [&](auto* to, int count) { wanted += sizeof *to * to_size(count); });
   if (state.size() != wanted) refuse("state", std::to_string(state.size()) + " bytes", std::to_string(wanted) + " bytes");
   const char* at = static_cast<const char*>(state.data());
-  const auto take = [&](auto* to, int count) { std::memcpy(to, at, sizeof *to * count), at += sizeof *to * count; };
+  const auto take = [&](auto* to, int count) { std::memcpy(to, at, sizeof *to * to_size(count)); at += sizeof *to * to_size(count); };
   each_memory(c.state, n, take);
   c.state.bounds_stand = 0;
 }
@@ -110,22 +162,31 @@ static void set_state(Controller& c, nb::bytes state) {
 static Solution solution_of_tick(Controller& c, const double* q, const double* twist, const double* target, double period, nb::handle out) {
   const int n = c.n(), m = c.state.m;
   Solution s;
-  s.metric = c.metric, s.m = m, s.n = n, s.rank_tolerance = c.state.law.rank_tolerance;
+  s.metric = c.metric;
+  s.m = m;
+  s.n = n;
+  s.rank_tolerance = c.state.law.rank_tolerance;
   s.make_room();
   s.rates = out.is_none() ? new_vector(n) : nb::borrow(out);
   View view;
   double* to = numpy_vector(s.rates, n, true);
-  if (!to) view = strict("out", s.rates, {n}, true), to = view.data();
+  if (!to) {
+    view = strict("out", s.rates, {n}, true);
+    to = view.data();
+  }
   c.run(q, twist, target, period);
-  std::memcpy(to, c.rates.data(), sizeof(double) * n);
-  std::memcpy(s.jacobian(), c.state.task_jacobian, sizeof(double) * m * n);
-  std::memcpy(s.lower(), c.state.lower, sizeof(double) * n);
-  std::memcpy(s.upper(), c.state.upper, sizeof(double) * n);
-  std::memcpy(s.twist(), c.state.twist, sizeof(double) * m);
-  std::memcpy(s.residual(), c.residual.data(), sizeof(double) * m);
+  std::copy_n(c.rates.data(), n, to);
+  std::copy_n(c.state.task_jacobian, m * n, s.jacobian());
+  std::copy_n(c.state.lower, n, s.lower());
+  std::copy_n(c.state.upper, n, s.upper());
+  std::copy_n(c.state.twist, m, s.twist());
+  std::copy_n(c.residual.data(), m, s.residual());
   std::int8_t* const reasons = s.reasons();
-  for (int i = 0; i < n; ++i) reasons[i] = stillreach::active_reason(c.active[i], c.state.lower_reason[i], c.state.upper_reason[i]);
-  s.status = c.answer.status, s.iterations = c.answer.iterations, s.damping = c.answer.damping, s.scale = c.answer.scale;
+  for (int i = 0; i < n; ++i) reasons[i] = stillreach::active_reason(c.answer.active[i], c.state.lower_reason[i], c.state.upper_reason[i]);
+  s.status = c.answer.status;
+  s.iterations = c.answer.iterations;
+  s.damping = c.answer.damping;
+  s.scale = c.answer.scale;
   s.task_error = c.answer.task_error;
   s.set_multiplier(c.state.multiplier);
   return s;
@@ -145,7 +206,7 @@ static nb::handle twist_labels() {
 
 static Solution step(Controller& c, nb::handle q, nb::handle twist, nb::handle period, nb::handle out) {
   Lease<std::vector<double>> at(c.measured);
-  at->resize(c.n());
+  at->resize(to_size(c.n()));
   double command[6];
   read_vector("q", q, c.n(), at->data(), true, c.labels);
   read_vector("twist", twist, 6, command, true, twist_labels());
@@ -156,7 +217,7 @@ static Solution step(Controller& c, nb::handle q, nb::handle twist, nb::handle p
 
 static Solution track(Controller& c, nb::handle q, nb::handle target_pose, nb::handle feedforward, nb::handle period, nb::handle out) {
   Lease<std::vector<double>> at(c.measured);
-  at->resize(c.n());
+  at->resize(to_size(c.n()));
   double command[6] = {0, 0, 0, 0, 0, 0}, target[12];
   read_vector("q", q, c.n(), at->data(), true, c.labels);
   View matrix;
@@ -199,7 +260,7 @@ static nb::object tick(BoundTick& b) {
     if (finite) fine = c.prepare(q, false);
   }
   c.run(q, twist, b.target ? frame : nullptr, twist == unknown ? 0.0 : period);
-  std::memcpy(b.rates, c.rates.data(), sizeof(double) * c.n());
+  std::copy_n(c.rates.data(), c.n(), b.rates);
   return status_object(fine ? c.answer.status : c.answer.status | stillreach::INVALID_INPUT);
 }
 
@@ -228,9 +289,13 @@ static nb::object bind(nb::pointer_and_handle<Controller> self, nb::handle q, nb
   b->views[2] = strict("rates", rates, {c.n()}, true);
   if (!target.is_none()) b->views[3] = strict("target", target, {4, 4}, false);
   if (!period.is_none()) b->views[4] = strict("period", period, {1}, false);
-  b->q = b->views[0].data(), b->twist = b->views[1].data(), b->rates = b->views[2].data();
-  b->target = target.is_none() ? nullptr : b->views[3].data(), b->period = period.is_none() ? nullptr : b->views[4].data();
-  b->controller = nb::borrow(self.h), b->c = &c;
+  b->q = b->views[0].data();
+  b->twist = b->views[1].data();
+  b->rates = b->views[2].data();
+  b->target = target.is_none() ? nullptr : b->views[3].data();
+  b->period = period.is_none() ? nullptr : b->views[4].data();
+  b->controller = nb::borrow(self.h);
+  b->c = &c;
   PyObject* const function = PyCFunction_NewEx(&method, owner.ptr(), nullptr);
   if (!function) nb::raise_python_error();
   return nb::steal(function);
@@ -271,25 +336,42 @@ static int clear_tick(PyObject* self) {
 static PyType_Slot controller_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&visit_controller)}, {Py_tp_clear, reinterpret_cast<void*>(&clear_controller)}, {0, nullptr}};
 static PyType_Slot tick_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&visit_tick)}, {Py_tp_clear, reinterpret_cast<void*>(&clear_tick)}, {0, nullptr}};
 
-static void set_health(Controller& c, int joint, int health, double value) {
-  kernel().set_health(c.state, joint, health, value);
+static void set_fault(Controller& c, int joint, stillreach::Health health, double first, double second) {
+  kernel().set_fault(c.state, joint, {health, {first, second}});
+}
+
+// The largest rate of each joint that works, as its fault leaves it of the `limits` (n,); 0 of the others.
+static nb::object working_rates(const Controller& c, nb::handle limits) {
+  nb::object array = new_vector(c.n());
+  View view;
+  view.open(array);
+  double* const rates = view.data();
+  read_vector("limits", limits, c.n(), rates, false);
+  for (int i = 0; i < c.n(); ++i) {
+    const stillreach::Fault& fault = c.state.faults[i];
+    rates[i] = stillreach::works(fault) ? stillreach::largest_rate(fault, -rates[i], rates[i]) : 0.0;
+  }
+  return array;
 }
 
 static void reset(Controller& c, nb::handle rates) {
   if (rates.is_none())
-    std::memset(c.state.last, 0, sizeof(double) * c.n());
+    std::fill_n(c.state.last, c.n(), 0.0);
   else {
-    std::vector<double> read(c.n());
+    std::vector<double> read(to_size(c.n()));
     read_vector("rates", rates, c.n(), read.data(), true, c.labels);
-    std::memcpy(c.state.last, read.data(), sizeof(double) * c.n());
+    std::copy_n(read.data(), c.n(), c.state.last);
   }
-  std::memset(c.state.active, 0, c.n());
+  std::fill_n(c.state.active, c.n(), std::int8_t{0});
   c.state.transition = 0.0;
 }
 
-static void set_null_motion(Controller& c, int kind, double gain, double largest, nb::handle vector, nb::handle gradient) {
+static void set_null_motion(Controller& c, stillreach::NullMotionKind kind, double gain, double largest, nb::handle vector, nb::handle gradient) {
   auto next = std::make_unique<NullMotion>();
-  next->kind = kind, next->gain = gain, next->largest = largest, next->vector.assign(c.n(), 0.0);
+  next->kind = kind;
+  next->gain = gain;
+  next->largest = largest;
+  next->vector.assign(to_size(c.n()), 0.0);
   if (!vector.is_none()) read_vector("null_motion", vector, c.n(), next->vector.data());
   if (!gradient.is_none()) next->gradient = nb::borrow(gradient);
   std::swap(c.next, next);
@@ -323,11 +405,14 @@ void bind_controller(nb::module_& m) {
         nb::sig("def bind(self, *, q: numpy.typing.NDArray[numpy.float64], twist: numpy.typing.NDArray[numpy.float64], rates: "
                 "numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64] | None = None, period: "
                 "numpy.typing.NDArray[numpy.float64] | None = None) -> collections.abc.Callable[[], stillreach.status.Status]"),
-        "Binds arrays once: the returned tick() reads q (n,) and twist (6,), with target (4, 4) the pose to track and twist the "
-        "feedforward, with period (1,) how long the rates are held [s], writes rates (n,) in place and returns the Status. It "
-        "raises no Exception: input that is not finite, a target that is no pose and a period that is not above 0 are answered with "
-        "INVALID_INPUT and braking. Ctrl-C in a gradient is raised, and the tick is left out. Inputs are read before rates are written, so that the arrays may overlap.");
-  c.def("_set_health", &set_health, nb::arg("joint"), nb::arg("health"), nb::arg("value"));
+        "Binds arrays once and returns a function tick() for a loop.\n\n"
+        "Each call reads q (n,), twist (6,), and, if given, target (4, 4), the pose to track with twist as feedforward, and period (1,) "
+        "[s], for which the rates are held. It writes rates (n,) in place and returns the Status. It raises no Exception: non-finite "
+        "input, an invalid target and a period that is not positive give INVALID_INPUT and braking. Ctrl-C in a gradient is raised, and "
+        "the tick is left out. Inputs are read before rates are written, so the arrays may overlap.");
+  c.def("_set_fault", &set_fault, nb::arg("joint"), nb::arg("health"), nb::arg("first"), nb::arg("second"));
+  c.def("_working_rates", &working_rates, nb::arg("limits"),
+        nb::sig("def _working_rates(self, limits: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]"));
   c.def("_set_limits", &set_limits, nb::arg("rate_lower"), nb::arg("rate_upper"), nb::arg("position_lower"), nb::arg("position_upper"),
         nb::arg("acceleration"), nb::arg("speed"), nb::arg("closing"));
   c.def("_set_track_limits", &set_track_limits, nb::arg("linear"), nb::arg("angular"));
@@ -338,13 +423,15 @@ void bind_controller(nb::module_& m) {
         nb::arg("gradient").none());
   c.def_prop_ro("health", [](const Controller& s) {
     nb::object numpy = nb::module_::import_("numpy");
-    return numpy.attr("frombuffer")(nb::bytes(reinterpret_cast<const char*>(s.state.health), s.n()), nb::arg("dtype") = numpy.attr("int8"));
-  }, nb::sig("def health(self) -> numpy.typing.NDArray[numpy.int8]"), "(n,) 0 healthy, 1 locked, 2 derated, 3 runaway.");
+    std::string codes;
+    for (const stillreach::Fault& fault : s.faults) codes.push_back(static_cast<char>(fault.health));
+    return numpy.attr("frombuffer")(nb::bytes(codes.data(), codes.size()), nb::arg("dtype") = numpy.attr("int8"));
+  }, nb::sig("def health(self) -> numpy.typing.NDArray[numpy.int8]"), "(n,) Health of each joint.");
   c.def_prop_ro("last_rates", [](const Controller& s) {
     nb::object array = new_vector(s.n());
     View view;
     view.open(array);
-    std::memcpy(view.data(), s.state.last, sizeof(double) * s.n());
+    std::copy_n(s.state.last, s.n(), view.data());
     return array;
   }, nb::sig("def last_rates(self) -> numpy.typing.NDArray[numpy.float64]"), "(n,) the last commanded rates.");
   bind_rollout(c);

@@ -5,10 +5,10 @@
 
 // A null motion as _set_null_motion() brings it.
 struct NullMotion {
-  int kind;
+  stillreach::NullMotionKind kind;
   double gain, largest;
   std::vector<double> vector;  // n
-  nb::object gradient;         // a callable q -> (n,); invalid where there is none
+  nb::object gradient;         // a callable q -> (n,); invalid without one
 };
 
 struct Controller {
@@ -18,11 +18,12 @@ struct Controller {
   Scratch scratch;
   std::vector<double> numbers;       // everything that `state` points to
   std::vector<std::int8_t> bytes;
+  std::vector<stillreach::Fault> faults;
   std::vector<double> rates, residual;
   std::vector<double> measured, proposed;  // leased to one call at a time
   std::vector<std::int8_t> active;
   stillreach::Answer answer{};
-  nb::object gradient;               // the null motion's, evaluated before each tick; invalid where there is none
+  nb::object gradient;               // the null motion's, evaluated before each tick; invalid without one
   std::unique_ptr<NullMotion> next;  // the null motion from the next tick on, where it was set since the last one
   nb::object labels;                 // _door.Labels of the joints
 
@@ -30,9 +31,13 @@ struct Controller {
   // period: [s] of this tick alone, 0 for the controller's own.
   void run(const double* q, const double* twist, const double* target, double period) {
     const double own = state.period;
-    if (period > 0.0) state.period = period, state.uneven = 1;
+    if (period > 0.0) {
+      state.period = period;
+      state.uneven = 1;
+    }
     kernel().tick(state, q, twist, target, scratch.memory(), answer);
-    state.period = own, state.uneven = 0;
+    state.period = own;
+    state.uneven = 0;
   }
   // Called before each tick: takes over a null motion that was set meanwhile, and evaluates its gradient at q. False, with
   // the null motion off for this tick, where the gradient failed and `raise` is false; what is no Exception, such as

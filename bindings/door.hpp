@@ -5,6 +5,9 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/string.h>
 
+#define NPY_NO_DEPRECATED_API NPY_2_0_API_VERSION
+#include <numpy/ndarraytypes.h>
+
 #include <cmath>
 #include <string>
 #include <utility>
@@ -28,7 +31,8 @@ class View {
   View& operator=(const View&) = delete;
   View& operator=(View&& other) noexcept {
     if (open_) PyBuffer_Release(&buffer_);
-    buffer_ = other.buffer_, open_ = std::exchange(other.open_, false);
+    buffer_ = other.buffer_;
+    open_ = std::exchange(other.open_, false);
     return *this;
   }
   ~View() {
@@ -57,45 +61,20 @@ class View {
   bool open_ = false;
 };
 
-// The head of a NumPy array, as NumPy's own macros read it (the PyArrayObject of its C API).
-struct ArrayHead {
-  PyObject_HEAD
-  char* data;
-  int dimensions;
-  Py_ssize_t* shape;
-  Py_ssize_t* strides;
-  PyObject* base;
-  PyObject* type;
-  int flags;
-};
-
-// A NumPy vector of `length` float64 in place, without the cost of the buffer protocol; null where it is something else.
-// What NumPy's arrays look like is checked once, against the buffer protocol.
-inline double* numpy_vector(nb::handle object, long length, bool writable = false) {
-  constexpr int in_place = 0x0001 | 0x0100, can_write = 0x0400;  // NumPy's flags: C order, aligned; writable
-  struct Known {
-    PyTypeObject* array = nullptr;
-    PyObject* float64 = nullptr;
-    Known() {
-      const nb::object sample = nb::module_::import_("numpy").attr("zeros")(3), type = sample.attr("dtype");
-      const ArrayHead* head = reinterpret_cast<const ArrayHead*>(sample.ptr());
-      View view;
-      if (!view.open(sample) || head->data != static_cast<void*>(view.data()) || head->dimensions != 1 || head->type != type.ptr()) return;
-      if (head->shape[0] != 3 || (head->flags & in_place) != in_place) return;
-      array = Py_TYPE(sample.ptr()), float64 = nb::object(type).release().ptr();
-    }
-  };
-  static const Known known;
-  const ArrayHead* head = reinterpret_cast<const ArrayHead*>(object.ptr());
-  if (Py_TYPE(object.ptr()) != known.array || head->type != known.float64 || head->dimensions != 1 || head->shape[0] != length ||
-      (head->flags & in_place) != in_place || (writable && !(head->flags & can_write)))
-    return nullptr;
-  return static_cast<double*>(static_cast<void*>(head->data));
-}
-
 inline PyTypeObject* array_type() {
   static PyObject* const type = nb::object(nb::module_::import_("numpy").attr("ndarray")).release().ptr();
   return reinterpret_cast<PyTypeObject*>(type);
+}
+
+// A NumPy vector of `length` float64 in place, without the cost of the buffer protocol; null where it is something else. Only
+// macros of NumPy's headers are used and none of its functions, so that the module needs no NumPy to load.
+inline double* numpy_vector(nb::handle object, long length, bool writable = false) {
+  static PyObject* const float64 = nb::object(nb::module_::import_("numpy").attr("dtype")("float64")).release().ptr();
+  PyArrayObject* const array = reinterpret_cast<PyArrayObject*>(object.ptr());
+  if (Py_TYPE(object.ptr()) != array_type() || reinterpret_cast<PyObject*>(PyArray_DESCR(array)) != float64 || PyArray_NDIM(array) != 1 ||
+      PyArray_DIM(array, 0) != length || !PyArray_CHKFLAGS(array, writable ? NPY_ARRAY_CARRAY : NPY_ARRAY_CARRAY_RO))
+    return nullptr;
+  return static_cast<double*>(PyArray_DATA(array));
 }
 
 // One of NumPy's arrays with a mask, which the buffer protocol does not show.
@@ -123,7 +102,10 @@ inline View strict(const char* argument, nb::handle object, std::initializer_lis
   if (!view.open(object)) refuse(argument, describe(object), wanted());
   bool fits = view.ndim() == static_cast<int>(shape.size());
   int axis = 0;
-  for (long s : shape) fits = fits && (s < 0 || view.size(axis) == s), ++axis;
+  for (long s : shape) {
+    fits = fits && (s < 0 || view.size(axis) == s);
+    ++axis;
+  }
   if (!fits || !view.is_double()) refuse(argument, describe(object), wanted());
   if (!view.is_contiguous() || !view.is_aligned()) refuse(argument, describe(object) + ", not contiguous", wanted());
   if (writable && !view.is_writable()) refuse(argument, describe(object) + ", read-only", wanted());
@@ -178,7 +160,8 @@ inline nb::object new_vector(long length) {
         void** table = static_cast<void**>(PyCapsule_GetPointer(api.ptr(), nullptr));
         if (!table) nb::raise_python_error();
         if (table[2] != numpy.attr("ndarray").ptr()) return;
-        array = static_cast<PyTypeObject*>(table[2]), make = reinterpret_cast<New>(table[93]);
+        array = static_cast<PyTypeObject*>(table[2]);
+        make = reinterpret_cast<New>(table[93]);
         const nb::object sample = vector(3);
         if (!sample.is_valid() || !numpy_vector(sample, 3, true)) make = nullptr;
       } catch (nb::python_error&) {

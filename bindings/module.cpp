@@ -3,6 +3,7 @@
 NB_MODULE(_core, m) {
   m.doc() = "The compiled core of stillreach.";
   nb::set_leak_warnings(false);  // arms that live in modules outlast the interpreter's own clean-up
+  bind_enums(m);
   bind_settings(m);
   bind_arm(m);
   bind_solution(m);

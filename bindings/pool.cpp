@@ -32,7 +32,10 @@ class Pool {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       helpers = start(helpers);
-      job_ = &job, wanted_ = helpers, running_ = helpers, ++turn_;
+      job_ = &job;
+      wanted_ = helpers;
+      running_ = helpers;
+      ++turn_;
     }
     wake_.notify_all();
     own();

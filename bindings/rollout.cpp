@@ -21,7 +21,7 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
   std::vector<double> frames;
   if (!targets.is_none()) {
     poses = strict("targets", targets, {rows, 4, 4}, false);
-    frames.resize(12 * rows);
+    frames.resize(12 * to_size(rows));
     for (long t = 0; t < rows; ++t)
       if (!kernel().read_pose(poses.data() + 16 * t, frames.data() + 12 * t)) refuse("targets", "row " + std::to_string(t), "rigid transforms (4 x 4)");
   }
@@ -32,17 +32,23 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
     return open.back().data();
   };
   stillreach::Record to{};
-  to.q = numbers("q", {steps, n}), to.rates = numbers("rates", {steps, n}), to.pose = numbers("pose", {steps, 4, 4});
-  to.command = numbers("command", {steps, 6}), to.residual = numbers("residual", {steps, 6});
-  to.task_error = numbers("task_error", {steps}), to.damping = numbers("damping", {steps}), to.scale = numbers("scale", {steps});
-  to.lower = numbers("lower", {steps, n}), to.upper = numbers("upper", {steps, n});
+  to.q = numbers("q", {steps, n});
+  to.rates = numbers("rates", {steps, n});
+  to.pose = numbers("pose", {steps, 4, 4});
+  to.command = numbers("command", {steps, 6});
+  to.residual = numbers("residual", {steps, 6});
+  to.task_error = numbers("task_error", {steps});
+  to.damping = numbers("damping", {steps});
+  to.scale = numbers("scale", {steps});
+  to.lower = numbers("lower", {steps, n});
+  to.upper = numbers("upper", {steps, n});
   View status, health, active;
   to.status = open_integers<std::int32_t>(status, "status", record["status"], steps, "int32");
   to.health = open_integers<std::int8_t>(health, "health", record["health"], steps * n, "int8");
   to.active = open_integers<std::int8_t>(active, "active", record["active"], steps * n, "int8");
 
-  std::vector<double> scratch(4 * n);
-  std::vector<std::int8_t> scratch_active(n);
+  std::vector<double> scratch(4 * to_size(n));
+  std::vector<std::int8_t> scratch_active(to_size(n));
   const auto run = [&](long first, long count, const stillreach::Record& where) {
     kernel().rollout(c.state, at.data(), commands.data() + 6 * stages * first, frames.empty() ? nullptr : frames.data() + 12 * stages * first,
                      count, stages, advance, c.scratch.memory(), c.answer, scratch.data(), scratch_active.data(), where);
@@ -52,8 +58,19 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
   for (long t = 0; t < steps; ++t) {  // the user's gradient is Python's to evaluate, once a tick
     if (t > 0) c.prepare(at.data(), true);
     stillreach::Record row = to;
-    row.q += t * n, row.rates += t * n, row.pose += 16 * t, row.command += 6 * t, row.residual += 6 * t, row.task_error += t;
-    row.damping += t, row.scale += t, row.lower += t * n, row.upper += t * n, row.status += t, row.health += t * n, row.active += t * n;
+    row.q += t * n;
+    row.rates += t * n;
+    row.pose += 16 * t;
+    row.command += 6 * t;
+    row.residual += 6 * t;
+    row.task_error += t;
+    row.damping += t;
+    row.scale += t;
+    row.lower += t * n;
+    row.upper += t * n;
+    row.status += t;
+    row.health += t * n;
+    row.active += t * n;
     run(t, 1, row);
   }
 }

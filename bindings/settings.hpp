@@ -5,8 +5,11 @@
 #include <vector>
 
 #include "door.hpp"
-#include "kernels.hpp"
 #include "lock.hpp"
+#include "stillreach/dispatch.hpp"
+
+using stillreach::kernel;
+using stillreach::to_size;
 
 struct Law {
   stillreach::LawSettings settings;
@@ -36,7 +39,8 @@ struct Scratch {
       if (memory.size() < wanted) memory.resize(wanted);
     };
     grow(doubles, kernel().workspace_doubles(n, full_joint_weight));
-    grow(ints, kernel().workspace_ints(n)), grow(bytes, kernel().workspace_bytes(n));
+    grow(ints, kernel().workspace_ints(n));
+    grow(bytes, kernel().workspace_bytes(n));
   }
   stillreach::Memory memory() { return {doubles.data(), ints.data(), bytes.data()}; }
 };
@@ -59,11 +63,14 @@ struct Arm {
   stillreach::ArmView view() const {
     coupling = {static_cast<int>(leaders.size()), leaders.data(), factors.data(), offsets.data()};
     stillreach::ArmView arm = chain;
-    arm.n = n, arm.links = links.data(), arm.coupling = leaders.empty() ? nullptr : &coupling;
+    arm.n = n;
+    arm.links = links.data();
+    arm.coupling = leaders.empty() ? nullptr : &coupling;
     return arm;
   }
 };
 
+void bind_enums(nb::module_& m);
 void bind_settings(nb::module_& m);
 void bind_arm(nb::module_& m);
 void bind_solution(nb::module_& m);

@@ -1,5 +1,6 @@
 #include "solution.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 nb::object status_object(std::int32_t value) {
@@ -10,29 +11,29 @@ nb::object status_object(std::int32_t value) {
 }
 
 // A read-only NumPy copy of `count` numbers.
-static nb::object copy_out(const double* from, nb::object shape, std::size_t count) {
+static nb::object copy_out(const double* from, nb::object shape, int count) {
   nb::object array = new_array(shape);
   View view;
   view.open(array);
-  std::memcpy(view.data(), from, sizeof(double) * count);
+  std::copy_n(from, count, view.data());
   array.attr("setflags")(nb::arg("write") = false);
   return array;
 }
 
 static nb::object jacobian_out(const Solution& s) {
-  nb::object by_columns = copy_out(s.jacobian(), nb::make_tuple(s.n, s.m), static_cast<std::size_t>(s.m) * s.n);
+  nb::object by_columns = copy_out(s.jacobian(), nb::make_tuple(s.n, s.m), s.m * s.n);
   return by_columns.attr("T");
 }
 
 static nb::object active_out(const Solution& s) {
   nb::object numpy = nb::module_::import_("numpy");
-  return numpy.attr("frombuffer")(nb::bytes(reinterpret_cast<const char*>(s.reasons()), s.n), nb::arg("dtype") = numpy.attr("int8"));
+  return numpy.attr("frombuffer")(nb::bytes(reinterpret_cast<const char*>(s.reasons()), to_size(s.n)), nb::arg("dtype") = numpy.attr("int8"));
 }
 
 // What turns a twist in the task's rows into weighted units, (m, m).
 static nb::object row_weights_out(const Solution& s) {
   const std::vector<double>& rows = s.metric->rows;
-  if (!rows.empty()) return copy_out(rows.data(), nb::make_tuple(s.m, s.m), rows.size());
+  if (!rows.empty()) return copy_out(rows.data(), nb::make_tuple(s.m, s.m), s.m * s.m);
   return nb::module_::import_("numpy").attr("eye")(s.m);
 }
 
@@ -41,7 +42,7 @@ static nb::object weighted_out(const Solution& s) {
   nb::object J = jacobian_out(s);
   const MetricData& metric = *s.metric;
   if (!metric.rows.empty()) J = row_weights_out(s).attr("__matmul__")(J);
-  if (!metric.columns.empty()) J = J * copy_out(metric.columns.data(), nb::make_tuple(s.n), metric.columns.size());
+  if (!metric.columns.empty()) J = J * copy_out(metric.columns.data(), nb::make_tuple(s.n), s.n);
   return J;
 }
 
@@ -61,17 +62,24 @@ static void set_state(Solution& to, nb::tuple state) {
   Solution s;
   int at = 0;
   const auto next = [&] { return state[at++]; };
-  s.rates = nb::borrow(next()), s.m = nb::cast<int>(next()), s.n = nb::cast<int>(next());
-  s.status = nb::cast<std::int32_t>(next()), s.iterations = nb::cast<int>(next()), s.damping = nb::cast<double>(next());
-  s.scale = nb::cast<double>(next()), s.task_error = nb::cast<double>(next()), s.rank_tolerance = nb::cast<double>(next());
+  s.rates = nb::borrow(next());
+  s.m = nb::cast<int>(next());
+  s.n = nb::cast<int>(next());
+  s.status = nb::cast<std::int32_t>(next());
+  s.iterations = nb::cast<int>(next());
+  s.damping = nb::cast<double>(next());
+  s.scale = nb::cast<double>(next());
+  s.task_error = nb::cast<double>(next());
+  s.rank_tolerance = nb::cast<double>(next());
   if (s.m < 1 || s.m > 6 || s.n < 1 || s.status < 0 || s.status >= 2 * stillreach::INVALID_INPUT) fail();
   const nb::bytes numbers = nb::cast<nb::bytes>(next());
   if (numbers.size() != s.memory_bytes()) fail();
   s.make_room();
   std::memcpy(s.numbers.get(), numbers.data(), numbers.size());
   auto metric = std::make_shared<MetricData>();
-  metric->m = s.m, metric->n = s.n;
-  const std::size_t m = s.m, n = s.n;
+  metric->m = s.m;
+  metric->n = s.n;
+  const std::size_t m = to_size(s.m), n = to_size(s.n);
   const std::pair<std::vector<double>*, std::size_t> parts[] = {{&metric->rows, m * m}, {&metric->units, n}, {&metric->columns, n}, {&metric->joints, n * n}};
   for (const auto& [part, count] : parts) {
     const nb::bytes from = nb::cast<nb::bytes>(next());

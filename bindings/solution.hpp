@@ -12,10 +12,10 @@ struct Solution {
   double damping, scale, task_error, rank_tolerance;
   std::unique_ptr<double[]> numbers;  // jacobian m n (by columns), lower n, upper n, twist m, residual m, multiplier m; reasons n bytes
 
-  std::size_t memory_bytes() const { return sizeof(double) * (static_cast<std::size_t>(m) * n + 2 * n + 3 * m) + n; }
+  std::size_t memory_bytes() const { return sizeof(double) * to_size(m * n + 2 * n + 3 * m) + to_size(n); }
   void make_room() { numbers.reset(new double[memory_bytes() / sizeof(double) + 1]); }
   double* jacobian() const { return numbers.get(); }
-  double* lower() const { return jacobian() + static_cast<std::size_t>(m) * n; }
+  double* lower() const { return jacobian() + m * n; }
   double* upper() const { return lower() + n; }
   double* twist() const { return upper() + n; }
   double* residual() const { return twist() + m; }
@@ -25,7 +25,7 @@ struct Solution {
   void set_multiplier(const stillreach::Multiplier& from) {
     for (int c = 0; c < m; ++c) {
       double sum = metric->rows.empty() ? from.u[c] : 0.0;
-      for (int r = 0; r <= c && !metric->rows.empty(); ++r) sum += metric->rows[static_cast<std::size_t>(r) * m + c] * from.u[r];
+      for (int r = 0; r <= c && !metric->rows.empty(); ++r) sum += metric->rows[to_size(r * m + c)] * from.u[r];
       multiplier()[c] = from.known ? sum : 0.0;
     }
   }

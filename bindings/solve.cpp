@@ -1,5 +1,5 @@
 // law.solve: one answer for a Jacobian from anywhere.
-#include <cstring>
+#include <algorithm>
 
 #include "solution.hpp"
 
@@ -7,7 +7,10 @@ static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::ha
                       nb::handle reference, nb::handle start, double typical) {
   const int m = metric.data->m, n = metric.data->n;
   Solution s;
-  s.metric = metric.data, s.m = m, s.n = n, s.rank_tolerance = law.settings.rank_tolerance;
+  s.metric = metric.data;
+  s.m = m;
+  s.n = n;
+  s.rank_tolerance = law.settings.rank_tolerance;
   s.make_room();
   {
     const View rows = strict("J", J, {m, n}, false);
@@ -23,7 +26,7 @@ static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::ha
   View rates;
   rates.open(s.rates);
   std::int8_t* const reasons = s.reasons();
-  std::memset(reasons, 0, n);
+  std::fill_n(reasons, n, std::int8_t{0});
   if (!start.is_none()) {
     const View codes = strict("start", start, {n}, false);
     for (int i = 0; i < n; ++i) reasons[i] = static_cast<std::int8_t>(codes.data()[i] > 0.0 ? 1 : codes.data()[i] < 0.0 ? -1 : 0);
@@ -36,7 +39,11 @@ static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::ha
   stillreach::Multiplier multiplier{};
   stillreach::Answer out{rates.data(), s.residual(), reasons, 0, 0, 0.0, 1.0, 0.0, &multiplier};
   kernel().solve(law.settings, p, scratch->memory(), out);
-  s.status = out.status, s.iterations = out.iterations, s.damping = out.damping, s.scale = out.scale, s.task_error = out.task_error;
+  s.status = out.status;
+  s.iterations = out.iterations;
+  s.damping = out.damping;
+  s.scale = out.scale;
+  s.task_error = out.task_error;
   s.set_multiplier(multiplier);
   for (int i = 0; i < n; ++i)
     reasons[i] = stillreach::bound_reason(reasons[i]);
@@ -50,9 +57,9 @@ void bind_solve(nb::module_& m) {
         "earlier answer or None, typical: what the working joints' rates are worth; below 0: as the bounds say.");
   m.def("typical_rate", [](const Metric& metric, nb::handle limits) {
     const int n = metric.data->n;
-    std::vector<double> upper(n), lower(n);
+    std::vector<double> upper(to_size(n)), lower(to_size(n));
     read_vector("velocity_limits", limits, n, upper.data(), false);
-    for (int i = 0; i < n; ++i) lower[i] = -upper[i];
+    std::transform(upper.begin(), upper.end(), lower.begin(), [](double limit) { return -limit; });
     return kernel().typical_rate(n, lower.data(), upper.data(), metric.data->view());
   }, nb::arg("metric"), nb::arg("limits"), "The second largest of the rate limits (n,), in weighted units.");
 }

@@ -5,11 +5,8 @@ import pinocchio as pin
 
 import stillreach as sr
 
-# Any URDF will do: here the lengths of a Franka Panda, as Denavit-Hartenberg rows (a, alpha, d).
-ROWS = [(0, 0, 0.333), (0, -1, 0), (0, 1, 0.316), (0.0825, 1, 0), (-0.0825, -1, 0.384), (0, 1, 0), (0.088, 1, 0.107)]
-ours = sr.Arm.from_dh([sr.DHRow(a=a, alpha=quarters * np.pi / 2, d=d) for a, quarters, d in ROWS], "modified")
-ours = ours.with_limits(velocity=2.0, position=(-2.9, 2.9))
-model = pin.buildModelFromXML(ours.to_urdf())
+ours = sr.arms.panda()
+model = pin.buildModelFromXML(ours.to_urdf())  # any URDF will do
 data = model.createData()
 tool = model.getFrameId("tool")
 

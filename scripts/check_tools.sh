@@ -19,4 +19,4 @@ echo '#include <optional>
 int main() { if constexpr (sizeof(int) > 1) return std::optional<int>(0).value(); }' |
   "$compiler" -std=c++17 -x c++ -fsyntax-only - 2>/dev/null ||
   missing "a C++17 compiler is needed, and '$compiler' is not one; name another with 'CXX=... make'" g++
-command -v cmake >/dev/null || missing "CMake 3.18 or newer is needed" cmake
+command -v cmake >/dev/null || missing "CMake 3.21 or newer is needed" cmake

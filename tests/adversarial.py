@@ -13,15 +13,22 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from stillreach import Derated, Locked, Runaway, Status
-from tests.conformance.attack import SEGMENT, attack, violations
+from stillreach import Confined, Derated, Locked, OneWay, Runaway, Status
+from tests.conformance.attack import HALF_RANGE, SEGMENT, attack, violations
 from tests.conformance.registry import LAWS
 
 BLOCK = 10 * SEGMENT
 """Ticks against one controller."""
 STEPPED = 10
 """One tick in so many goes through step, the others through the bound tick of a loop."""
-KINDS = (None, lambda value: Locked(), Derated, Runaway)
+KINDS = (
+    None,
+    lambda value: Locked(),
+    Derated,
+    Runaway,
+    lambda value: Confined(value - HALF_RANGE, value + HALF_RANGE),
+    OneWay,
+)
 
 
 def drive(controller, attack):

@@ -17,8 +17,8 @@ def run(*command: str | Path) -> str:
     return done.stdout
 
 
-def build_targets(*targets: str) -> Path:
+def build_targets(*targets: str, build: Path = BUILD) -> Path:
     """Brings targets up to date (after `make cpp-test` they are) and returns the build folder."""
-    run("cmake", "-S", ROOT, "-B", BUILD, "-G", "Ninja", "-DSTILLREACH_TESTS=ON")
-    run("cmake", "--build", BUILD, "--parallel", "2", "--target", *targets)
-    return BUILD
+    run("cmake", "-S", ROOT, "-B", build, "-G", "Ninja", "-DSTILLREACH_TESTS=ON")
+    run("cmake", "--build", build, "--parallel", "2", "--target", *targets)
+    return build

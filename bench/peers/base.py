@@ -1,25 +1,24 @@
 """What a peer is given and what it must answer. No file of a peer imports stillreach: only `ours` does."""
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
 TOOL = "tool"
-"""Name of the tool's frame, link or site in the robot files."""
+"""Name of the tool's link in the URDF file."""
 
 
 @dataclass(frozen=True)
 class Robot:
     """The arm with its failed joints, which stand still for the whole of the work.
 
-    `working.urdf` and `working.xml` (MJCF) in the folder hold the joints that work, the failed ones frozen where they
-    stand; `arm.urdf` and `arm.xml` hold all of them. For whoever writes kinematics by hand, the chain of the working
-    joints: placements (k, 4, 4) from one joint to the next, axes (k, 3), tool (4, 4).
+    `urdf` is a file of the joints that work, the failed ones frozen where they stand; MuJoCo reads it, too. For
+    kinematics written by hand, the chain of the same joints: placements (k, 4, 4) from one joint to the next,
+    axes (k, 3), tool (4, 4).
     """
 
-    folder: Path
+    urdf: str
     n: int
     working: np.ndarray
     locked: np.ndarray
@@ -27,10 +26,6 @@ class Robot:
     placements: np.ndarray
     axes: np.ndarray
     tool: np.ndarray
-
-    def path(self, name: str) -> str:
-        """Of one of the robot files."""
-        return str(self.folder / name)
 
 
 class TickPeer(Protocol):

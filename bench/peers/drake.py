@@ -26,7 +26,7 @@ class Peer:
 
     def __init__(self, robot: Robot) -> None:
         self.plant = MultibodyPlant(0.0)
-        Parser(self.plant).AddModels(robot.path("working.urdf"))
+        Parser(self.plant).AddModels(robot.urdf)
         self.world = self.plant.world_frame()
         self.plant.WeldFrames(self.world, self.plant.GetFrameByName("base_link"))
         self.plant.Finalize()

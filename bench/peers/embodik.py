@@ -18,7 +18,7 @@ class Peer:
     packages = ("embodik",)
 
     def __init__(self, robot: Robot) -> None:
-        self.model = embodik.RobotModel(robot.path("working.urdf"))
+        self.model = embodik.RobotModel(robot.urdf)
         self.solver = embodik.KinematicsSolver(self.model)
         self.solver.enable_position_limits(False)
         self.solver.enable_velocity_limits(True)

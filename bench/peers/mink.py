@@ -15,18 +15,18 @@ DAMPING = 1e-9
 
 
 class TwistTask(mink.Task):
-    """Move a site with a twist in the world's axes; the displacement of one second."""
+    """Move a body with a twist in the world's axes; the displacement of one second."""
 
-    def __init__(self, site: int, nv: int) -> None:
+    def __init__(self, body: int, nv: int) -> None:
         super().__init__(cost=np.ones(6))
-        self.site, self.nv, self.twist = site, nv, np.zeros(6)
+        self.body, self.nv, self.twist = body, nv, np.zeros(6)
 
     def compute_error(self, configuration: mink.Configuration) -> np.ndarray:
         return -self.twist
 
     def compute_jacobian(self, configuration: mink.Configuration) -> np.ndarray:
         J = np.empty((6, self.nv))
-        mujoco.mj_jacSite(configuration.model, configuration.data, J[:3], J[3:], self.site)
+        mujoco.mj_jacBody(configuration.model, configuration.data, J[:3], J[3:], self.body)
         return J
 
 
@@ -34,9 +34,9 @@ class Peer:
     packages = ("mink", "daqp", "mujoco")
 
     def __init__(self, robot: Robot) -> None:
-        model = mujoco.MjModel.from_xml_path(robot.path("working.xml"))
+        model = mujoco.MjModel.from_xml_path(robot.urdf)
         self.configuration = mink.Configuration(model)
-        self.task = TwistTask(model.site(TOOL).id, model.nv)
+        self.task = TwistTask(model.body(TOOL).id, model.nv)
         limits = {model.joint(i).name: robot.limit for i in range(model.njnt)}
         self.tasks, self.limits = [self.task], [mink.VelocityLimit(model, limits)]
         self.working, self.rates = robot.working, np.zeros(robot.n)
@@ -61,12 +61,12 @@ class FrameTaskPeer(Peer):
 
     def __init__(self, robot: Robot) -> None:
         super().__init__(robot)
-        self.frame_task = mink.FrameTask(TOOL, "site", position_cost=1.0, orientation_cost=1.0, lm_damping=0.0)
+        self.frame_task = mink.FrameTask(TOOL, "body", position_cost=1.0, orientation_cost=1.0, lm_damping=0.0)
         self.tasks = [self.frame_task]
 
     def tick(self, q: np.ndarray, twist: np.ndarray) -> np.ndarray:
         self.configuration.update(q[self.working])
-        T = self.configuration.get_transform_frame_to_world(TOOL, "site")
+        T = self.configuration.get_transform_frame_to_world(TOOL, "body")
         to_tool, step = T.rotation().as_matrix().T, self.period * twist
         motion = np.concatenate([to_tool.dot(step[:3]), to_tool.dot(step[3:])])
         self.frame_task.set_target(T @ mink.SE3.exp(motion))

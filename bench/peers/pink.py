@@ -40,7 +40,7 @@ class Peer:
     packages = ("pin-pink", "quadprog", "pin")
 
     def __init__(self, robot: Robot) -> None:
-        model = pin.buildModelFromUrdf(robot.path("working.urdf"))
+        model = pin.buildModelFromUrdf(robot.urdf)
         self.configuration = Configuration(model, model.createData(), np.zeros(model.nq), copy_data=False)
         self.task = TwistTask(model.getFrameId(TOOL), model.nv)
         self.tasks, self.limits = [self.task], [VelocityLimit(model)]

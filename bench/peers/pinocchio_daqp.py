@@ -18,7 +18,7 @@ class Peer:
     packages = ("pin", "daqp")
 
     def __init__(self, robot: Robot) -> None:
-        self.model = pin.buildModelFromUrdf(robot.path("working.urdf"))
+        self.model = pin.buildModelFromUrdf(robot.urdf)
         self.data = self.model.createData()
         self.tool = self.model.getFrameId(TOOL)
         n = self.model.nv

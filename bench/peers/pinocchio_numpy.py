@@ -17,7 +17,7 @@ class Peer:
     packages = ("pin", "numpy")
 
     def __init__(self, robot: Robot) -> None:
-        self.model = pin.buildModelFromUrdf(robot.path("working.urdf"))
+        self.model = pin.buildModelFromUrdf(robot.urdf)
         self.data = self.model.createData()
         self.tool = self.model.getFrameId(TOOL)
         self.working, self.limit = robot.working, robot.limit

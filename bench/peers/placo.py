@@ -20,7 +20,7 @@ class Peer:
     packages = ("placo", "pin")
 
     def __init__(self, robot: Robot) -> None:
-        self.robot = placo.RobotWrapper(robot.path("working.urdf"), placo.Flags.ignore_collisions)
+        self.robot = placo.RobotWrapper(robot.urdf, placo.Flags.ignore_collisions)
         self.robot.set_velocity_limits(robot.limit)
         self.solver = placo.KinematicsSolver(self.robot)
         self.solver.mask_fbase(True)

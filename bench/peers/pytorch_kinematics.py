@@ -21,7 +21,7 @@ class Peer:
     def __init__(self, robot: Robot) -> None:
         torch.set_num_threads(1)
         torch.set_default_dtype(torch.float64)
-        text = Path(robot.path("working.urdf")).read_bytes()
+        text = Path(robot.urdf).read_bytes()
         self.chain = pk.build_serial_chain_from_urdf(text, TOOL).to(dtype=torch.float64)
         self.working, self.limit = robot.working, robot.limit
         self.damping = DAMPING * torch.eye(6)

@@ -13,7 +13,7 @@ class Peer:
     packages = ("roboticstoolbox-python", "quadprog")
 
     def __init__(self, robot: Robot) -> None:
-        self.chain = ERobot.URDF(robot.path("working.urdf")).ets(end=TOOL)
+        self.chain = ERobot.URDF(robot.urdf).ets(end=TOOL)
         n = len(robot.working)
         self.damping = DAMPING * np.eye(n)
         self.sides = np.hstack([np.eye(n), -np.eye(n)])

@@ -5,9 +5,10 @@
 #if defined(__CUDACC_RTC__)  // run-time compilation has no headers of a host
 namespace std {
 using size_t = decltype(sizeof 0);
+using ptrdiff_t = long long;
 using int8_t = signed char;
 using int32_t = int;
-}
+}  // namespace std
 #else
 #include <cmath>
 #include <cstddef>
@@ -35,15 +36,36 @@ using int32_t = int;
 #define STILLREACH_ISA baseline
 #endif
 
-#define STILLREACH_BEGIN \
-  namespace stillreach { \
-  STILLREACH_KEYWORD namespace STILLREACH_ISA {
-#define STILLREACH_END \
-  }                    \
-  }
-
 #define STILLREACH_STRINGIFY_(x) #x
 #define STILLREACH_STRINGIFY(x) STILLREACH_STRINGIFY_(x)
+#define STILLREACH_PASTE_(a, b) a##b
+#define STILLREACH_PASTE(a, b) STILLREACH_PASTE_(a, b)
+
+// A kernel of stillreach::dispatch has a namespace of its own: it shares no symbol with a program that uses the headers
+// for the same instruction set with other options.
+#if defined(STILLREACH_KERNEL)
+#define STILLREACH_NAMESPACE STILLREACH_PASTE(kernel_of_, STILLREACH_ISA)
+#else
+#define STILLREACH_NAMESPACE STILLREACH_ISA
+#endif
+
+// Clang warns at each call that the ABI for passing packs depends on the instruction set; such calls are inlined.
+#if defined(__clang__) && !defined(__CUDACC__)
+#define STILLREACH_QUIET _Pragma("clang diagnostic push") _Pragma("clang diagnostic ignored \"-Wpsabi\"")
+#define STILLREACH_AS_BEFORE _Pragma("clang diagnostic pop")
+#else
+#define STILLREACH_QUIET
+#define STILLREACH_AS_BEFORE
+#endif
+
+#define STILLREACH_BEGIN \
+  STILLREACH_QUIET       \
+  namespace stillreach { \
+  STILLREACH_KEYWORD namespace STILLREACH_NAMESPACE {
+#define STILLREACH_END \
+  }                    \
+  }                    \
+  STILLREACH_AS_BEFORE
 
 #if defined(__CUDACC__)
 #define STILLREACH_KEYWORD __inline__                     // cuda.hpp gives the plain word a longer meaning

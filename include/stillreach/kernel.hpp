@@ -21,12 +21,12 @@ struct Kernel {
   std::size_t (*workspace_doubles)(int n, bool full_joint_weight);
   std::size_t (*workspace_ints)(int n);
   std::size_t (*workspace_bytes)(int n);
-  ArmView (*align_axes)(int n, const std::int8_t* kinds, const double* placements, const double* axes, Link* links);
+  ArmView (*align_axes)(int n, const JointKind* kinds, const double* placements, const double* axes, Link* links);
   void (*kinematics)(const ArmView& arm, const double* q, double* scratch, double* pose, double* jacobian);
   void (*solve)(const LawSettings& law, const Problem& p, const Memory& memory, Answer& out);
   double (*typical_rate)(int n, const double* lower, const double* upper, const Metric& metric);
   bool (*read_pose)(const double* T, double* pose);
-  void (*set_health)(ControllerState& c, int joint, int health, double value);
+  void (*set_fault)(ControllerState& c, int joint, const Fault& fault);
   void (*tick)(ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory, Answer& out);
   void (*rollout)(ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages, bool advance,
                   const Memory& memory, Answer& a, double* scratch, std::int8_t* scratch_active, const Record& to);
@@ -54,7 +54,7 @@ inline Kernel make_kernel() {
   k.workspace_doubles = [](int n, bool full) { return workspace_doubles(n, full); };
   k.workspace_ints = [](int n) { return workspace_ints(n); };
   k.workspace_bytes = [](int n) { return workspace_bytes(n); };
-  k.align_axes = [](int n, const std::int8_t* kinds, const double* placements, const double* axes, Link* links) {
+  k.align_axes = [](int n, const JointKind* kinds, const double* placements, const double* axes, Link* links) {
     return align_axes(n, kinds, placements, axes, links);
   };
   k.kinematics = [](const ArmView& arm, const double* q, double* scratch, double* pose, double* jacobian) {
@@ -66,7 +66,7 @@ inline Kernel make_kernel() {
   };
   k.typical_rate = [](int n, const double* lower, const double* upper, const Metric& metric) { return typical_rate(n, lower, upper, metric); };
   k.read_pose = [](const double* T, double* pose) { return read_pose(T, pose); };
-  k.set_health = [](ControllerState& c, int joint, int health, double value) { set_health(c, joint, health, value); };
+  k.set_fault = [](ControllerState& c, int joint, const Fault& fault) { set_fault(c, joint, fault); };
   k.tick = [](ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory, Answer& out) {
     Workspace w = make_workspace(c.arm.n, c.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
     tick(c, q, twist, target, w, out);

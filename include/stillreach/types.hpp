@@ -1,4 +1,4 @@
-// The data that callers and the core share: plain structs and enums, the same for every instruction set. Its two functions are
+// The data that callers and the core share: plain structs and enums, the same for every instruction set. Its functions are
 // always inlined, so that builds for different instruction sets share no symbol.
 // Memory is the caller's: the core allocates nothing.
 #pragma once
@@ -7,37 +7,72 @@
 
 namespace stillreach {
 
-enum Status : std::int32_t {
-  OK = 0,
-  SATURATED = 1,
-  SCALED = 2,
-  DAMPED = 4,
-  SINGULAR = 8,
-  OVER_LIMIT = 16,
-  NO_WORKING_JOINT = 32,
-  FAULT_NOT_COMPENSATED = 64,
-  CLIPPED = 128,
-  LIMIT_GIVEN_UP = 256,
-  ITERATION_LIMIT = 512,
-  INVALID_INPUT = 1024,
-};
+// A number that is not negative, as sizes of memory count.
+STILLREACH_INLINE constexpr std::size_t to_size(std::ptrdiff_t count) { return static_cast<std::size_t>(count); }
 
-// Why a bound is what it is; in Solution.active positive at the upper bound, negative at the lower one.
-enum Reason : std::int8_t { FREE = 0, FAULT = 1, RATE = 2, POSITION = 3, ACCELERATION = 4 };
+// Closed sets, as lists of name and meaning: the enumerations here and those that Python sees are made of them.
+// A switch over such a set names every member and has no default, so that the compiler reports what was forgotten.
+#define STILLREACH_MEMBER(name, ...) name,
+
+// What happened in a tick; a set of flags. stillreach/status.py explains them.
+#define STILLREACH_STATUS(X)    \
+  X(OK, 0)                      \
+  X(SATURATED, 1)               \
+  X(SCALED, 2)                  \
+  X(DAMPED, 4)                  \
+  X(SINGULAR, 8)                \
+  X(OVER_LIMIT, 16)             \
+  X(NO_WORKING_JOINT, 32)       \
+  X(FAULT_NOT_COMPENSATED, 64)  \
+  X(CLIPPED, 128)               \
+  X(LIMIT_GIVEN_UP, 256)        \
+  X(ITERATION_LIMIT, 512)       \
+  X(INVALID_INPUT, 1024)
+#define STILLREACH_FLAG(name, value) name = value,
+enum Status : std::int32_t { STILLREACH_STATUS(STILLREACH_FLAG) };
+#undef STILLREACH_FLAG
+
+#define STILLREACH_REASON(X)                      \
+  X(FREE, "No bound is met.")                     \
+  X(FAULT, "The joint's fault.")                  \
+  X(RATE, "The rate limit.")                      \
+  X(POSITION, "A position limit.")                \
+  X(ACCELERATION, "The acceleration limit.")
+enum class Reason : std::int8_t { STILLREACH_REASON(STILLREACH_MEMBER) };
+
+// Reasons are stored with a sign: positive at the upper bound, negative at the lower one.
+STILLREACH_INLINE constexpr std::int8_t code(Reason reason) { return static_cast<std::int8_t>(reason); }
 
 // Why a joint is at its bound, signed: from Answer::active and the reasons of its two bounds.
 STILLREACH_INLINE std::int8_t active_reason(std::int8_t active, std::int8_t lower_reason, std::int8_t upper_reason) {
-  return active == 0 ? std::int8_t{FREE} : active < 0 ? static_cast<std::int8_t>(-lower_reason) : upper_reason;
+  return active == 0 ? code(Reason::FREE) : active < 0 ? static_cast<std::int8_t>(-lower_reason) : upper_reason;
 }
 
-// The same where nothing but the bounds is known: one rate left is a fault, any other bound a rate limit.
+// The same where only the bounds are given: one rate left is a fault, any other bound a rate limit.
 STILLREACH_INLINE std::int8_t bound_reason(std::int8_t active) {
-  return active == 2 ? std::int8_t{FAULT} : active_reason(active, RATE, RATE);
+  return active == 2 ? code(Reason::FAULT) : active_reason(active, code(Reason::RATE), code(Reason::RATE));
 }
 
-enum Health : std::int8_t { HEALTHY = 0, LOCKED = 1, DERATED = 2, RUNAWAY = 3 };
+// State of a joint. The two numbers of its Fault, 0 where none is named: DERATED the fraction left; RUNAWAY the rate; CONFINED the
+// lower and the upper end of the range; ONE_WAY the direction, 1 or -1.
+#define STILLREACH_HEALTH(X)                                                \
+  X(HEALTHY, "Nothing is wrong.")                                           \
+  X(LOCKED, "The joint stands where it is.")                                \
+  X(DERATED, "It moves at most at a fraction of its rate limit.")           \
+  X(RUNAWAY, "It moves at a rate that nobody commands.")                    \
+  X(CONFINED, "Its range of positions is reduced.")                         \
+  X(ONE_WAY, "It moves to one side only.")
+enum class Health : std::int8_t { STILLREACH_HEALTH(STILLREACH_MEMBER) };
 
-enum JointKind : std::int8_t { REVOLUTE = 0, PRISMATIC = 1 };
+struct Fault {
+  Health health = Health::HEALTHY;
+  double number[2] = {0.0, 0.0};  // by health, see there
+};
+
+#define STILLREACH_JOINT_KIND(X)                 \
+  X(REVOLUTE, "Turns about its axis.")           \
+  X(PRISMATIC, "Moves along its axis.")
+enum class JointKind : std::int32_t { STILLREACH_JOINT_KIND(STILLREACH_MEMBER) };
 
 // Joints of a chain that move together: joint a of the chain is at factor[a] q[leader[a]] + offset[a].
 struct Coupling {
@@ -54,7 +89,7 @@ struct Link {
   double turn[2];     // cosine and sine of what is added to the joint's angle
   double shift[3];    // then, along the axes of the frame that has moved: translation,
   double tilt[2];     // and cosine and sine of the turn about x
-  std::int32_t kind;  // JointKind
+  JointKind kind;
   std::int32_t plain; // 1: revolute, and nothing is added to its angle
 };
 
@@ -67,16 +102,30 @@ struct ArmView {
   const Coupling* coupling = nullptr;  // or null: each joint moves alone. Otherwise the links are those of the chain
 };
 
-enum LawKind : int { PSEUDOINVERSE = 0, SINGULARITY_ROBUST = 1, LEAST_ERROR = 2, KEEP_DIRECTION = 3 };
-enum DampingKind : int { DAMPING_NUMBER = 0, DAMPING_CLOSED_FORM = 1, DAMPING_EXACT = 2 };
-enum NormKind : int { NORM_INF = 0, NORM_2 = 1 };
+#define STILLREACH_LAW_KIND(X)                                              \
+  X(PSEUDOINVERSE, "Eq. (3) of Bedrossian (1994).")                         \
+  X(SINGULARITY_ROBUST, "Eq. (5) to (8).")                                  \
+  X(LEAST_ERROR, "Least task error inside the bounds, with a price.")       \
+  X(KEEP_DIRECTION, "The largest fraction of the twist inside the bounds.")
+enum class LawKind : int { STILLREACH_LAW_KIND(STILLREACH_MEMBER) };
+
+#define STILLREACH_DAMPING_KIND(X)               \
+  X(NUMBER, "A given kappa.")                    \
+  X(CLOSED_FORM, "Eq. (16).")                    \
+  X(EXACT, "Eq. (10).")
+enum class DampingKind : int { STILLREACH_DAMPING_KIND(STILLREACH_MEMBER) };
+
+#define STILLREACH_NORM_KIND(X)                  \
+  X(MAXIMUM, "The largest rate.")                \
+  X(EUCLIDEAN, "The Euclidean norm of the rates.")
+enum class NormKind : int { STILLREACH_NORM_KIND(STILLREACH_MEMBER) };
 
 constexpr int kParts = 3;  // most parts of a task with prices of their own
 
 struct LawSettings {
-  int kind;
-  int damping;           // SingularityRobust: DampingKind
-  int norm;              // SingularityRobust: NormKind
+  LawKind kind;
+  DampingKind damping;   // SingularityRobust
+  NormKind norm;         // SingularityRobust
   double kappa;          // SingularityRobust: the number for DAMPING_NUMBER
   double rank_tolerance; // relative to the largest singular value of the working joints' weighted Jacobian
   int parts;             // LeastError: parts of the task with a price each; 0: the bare optimum
@@ -112,6 +161,7 @@ struct Problem {
 struct Multiplier {
   double u[6];           // m
   double kappa[kParts];  // of each part: |error| / Y, in the units of J J'
+  double raised;         // by this factor a ceiling raised the price of its part
   int known;             // 0: nothing
 };
 

@@ -10,123 +10,61 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from stillreach import errors, insight, null_motions
-    from stillreach._core import Solution
-    from stillreach.arm import Arm, DHRow, Follower, Joint
-    from stillreach.arm import catalogue as arms
-    from stillreach.batch import BatchSolution, solve_batch
-    from stillreach.bounds import Bounds
-    from stillreach.control import Controller
-    from stillreach.errors import InputError, StillreachError
-    from stillreach.faults import Derated, Fault, Locked, Runaway
-    from stillreach.laws import KeepDirection, Law, LeastError, Pseudoinverse, SingularityRobust
-    from stillreach.rollouts import BatchRollout, rollout_batch
-    from stillreach.simulation import (
-        Circle,
-        ConstantTwist,
-        Line,
-        PoseTable,
-        Run,
-        Scenario,
-        Waypoints,
-        scenario_names,
-        scenario_schema,
-        simulate,
-    )
-    from stillreach.status import Health, Reason, Status
-    from stillreach.task import Task, Weights
+    from stillreach import arms as arms
+    from stillreach import errors as errors
+    from stillreach import insight as insight
+    from stillreach import null_motions as null_motions
+    from stillreach._core import Solution as Solution
+    from stillreach._cpp import *
+    from stillreach.arm import *
+    from stillreach.batch import *
+    from stillreach.bounds import *
+    from stillreach.control import *
+    from stillreach.errors import InputError as InputError
+    from stillreach.errors import StillreachError as StillreachError
+    from stillreach.faults import *
+    from stillreach.laws import *
+    from stillreach.rollouts import *
+    from stillreach.simulation import *
+    from stillreach.status import *
+    from stillreach.task import *
 
-# Where each public name lives. They are imported on first use: `stillreach --version` needs none of them, nor NumPy.
-_HOMES = {
-    "_core": ("Solution",),
-    "arm": ("Arm", "DHRow", "Follower", "Joint"),
-    "batch": ("BatchSolution", "solve_batch"),
-    "bounds": ("Bounds",),
-    "control": ("Controller",),
-    "errors": ("InputError", "StillreachError"),
-    "faults": ("Derated", "Fault", "Locked", "Runaway"),
-    "laws": ("KeepDirection", "Law", "LeastError", "Pseudoinverse", "SingularityRobust"),
-    "rollouts": ("BatchRollout", "rollout_batch"),
-    "simulation": (
-        "Circle",
-        "Line",
-        "PoseTable",
-        "Run",
-        "Scenario",
-        "ConstantTwist",
-        "Waypoints",
-        "scenario_names",
-        "scenario_schema",
-        "simulate",
-    ),
-    "status": ("Health", "Reason", "Status"),
-    "task": ("Task", "Weights"),
-}
-_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
-_MODULES = {
-    "arms": "arm.catalogue",
-    "errors": "errors",
-    "insight": "insight",
-    "null_motions": "null_motions",
-}
+# Names are imported on first use: `stillreach --version` needs none of them, nor NumPy.
+_MODULES = ("arms", "errors", "insight", "null_motions")
+_SINGLE = {"InputError": "errors", "StillreachError": "errors", "Solution": "_core"}
+_WHOLE = ("_cpp", "status", "arm", "bounds", "faults", "task", "laws", "batch", "rollouts", "control", "simulation")
+"""Modules whose ``__all__`` is public here, those that need least first."""
 
-__all__ = [
-    "Arm",
-    "BatchRollout",
-    "BatchSolution",
-    "Bounds",
-    "Circle",
-    "ConstantTwist",
-    "Controller",
-    "DHRow",
-    "Derated",
-    "Fault",
-    "Follower",
-    "Health",
-    "InputError",
-    "Joint",
-    "KeepDirection",
-    "Law",
-    "LeastError",
-    "Line",
-    "Locked",
-    "PoseTable",
-    "Pseudoinverse",
-    "Reason",
-    "Run",
-    "Runaway",
-    "Scenario",
-    "SingularityRobust",
-    "Solution",
-    "Status",
-    "StillreachError",
-    "Task",
-    "Waypoints",
-    "Weights",
-    "arms",
-    "errors",
-    "insight",
-    "null_motions",
-    "rollout_batch",
-    "scenario_names",
-    "scenario_schema",
-    "simulate",
-    "solve_batch",
-]
+
+def _module(name: str) -> Any:
+    return importlib.import_module(f"stillreach.{name}")
+
+
+def _public() -> list[str]:
+    """All public names."""
+    return sorted([*_MODULES, *_SINGLE, *(name for home in _WHOLE for name in _module(home).__all__)])
+
+
+def _found(name: str) -> Any:
+    if name in _MODULES:
+        return _module(name)
+    if name in _SINGLE:
+        return getattr(_module(_SINGLE[name]), name)
+    if name == "__version__":
+        return importlib.import_module("importlib.metadata").version("stillreach")
+    if name == "__all__":
+        return _public()
+    if not name.startswith("_"):
+        for home in _WHOLE:
+            if name in _module(home).__all__:
+                return getattr(_module(home), name)
+    raise AttributeError(f"module 'stillreach' has no attribute {name!r}")
 
 
 def __getattr__(name: str) -> Any:
-    if name in _MODULES:
-        value: Any = importlib.import_module(f"stillreach.{_MODULES[name]}")
-    elif name in _HOME_OF:
-        value = getattr(importlib.import_module(f"stillreach.{_HOME_OF[name]}"), name)
-    elif name == "__version__":
-        value = importlib.import_module("importlib.metadata").version("stillreach")
-    else:
-        raise AttributeError(f"module 'stillreach' has no attribute {name!r}")
-    globals()[name] = value
+    value = globals()[name] = _found(name)
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted({*(name for name in globals() if name.startswith("__")), *__all__, "__version__"})
+    return sorted({*(name for name in globals() if name.startswith("__")), *_public(), "__all__", "__version__"})

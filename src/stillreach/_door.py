@@ -1,7 +1,7 @@
 """The public door: each argument is checked once, here, before anything is computed with it.
 
 Every function takes the argument's name and its value, and returns the value in the one form that the rest
-of the package works with (float64, C order, a read-only copy), or raises InputError, which says what came and
+of the package works with (float64, C order, a read-only copy), or raises InputError with what came and
 what was expected. Settings may come as lists, integers or float32; text, booleans, complex numbers, ragged
 lists and NaN are never numbers here.
 """
@@ -20,7 +20,8 @@ from stillreach._core import RIGID_TOLERANCE, rigid
 from stillreach._labels import POINT as POINT
 from stillreach._labels import TWIST as TWIST
 from stillreach._labels import Labels, in_order
-from stillreach.errors import InputError, did_you_mean
+from stillreach._messages import one_of
+from stillreach.errors import InputError
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -52,7 +53,7 @@ def vector(
         (n,) read-only copy.
 
     Raises:
-        InputError: it is something else.
+        InputError: if the value is invalid.
     """
     if value is None:
         value = default
@@ -124,7 +125,7 @@ def positive(name: str, value: Any, *, or_zero: bool = False, allow_inf: bool = 
 
 
 def count(name: str, value: Any, *, minimum: int = 1) -> int:
-    """An integer of at least ``minimum``; InputError otherwise (3.0 is no integer, True neither)."""
+    """An integer of at least ``minimum``; InputError otherwise (3.0 and True are not integers)."""
     expected = f"an integer of at least {minimum}"
     try:
         number = operator.index(value)
@@ -139,7 +140,7 @@ def choice(name: str, value: Any, choices: Sequence[str]) -> str:
     """One of the given words; InputError otherwise, with the nearest word as a suggestion."""
     if isinstance(value, str) and value in choices:
         return str(value)
-    raise InputError(name, describe(value), f"one of {', '.join(map(repr, choices))}{did_you_mean(value, choices)}")
+    raise InputError(name, describe(value), one_of(choices, value))
 
 
 def text(name: str, value: Any) -> str:

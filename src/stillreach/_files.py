@@ -60,7 +60,7 @@ def new_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
 
 
 def _permissions(name: str) -> int | None:
-    """Permission bits of the file that is there; None where there is none."""
+    """Permission bits of the existing file, or None."""
     try:
         mode = Path(name).stat().st_mode
     except FileNotFoundError:

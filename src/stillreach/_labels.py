@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillreach.errors import InputError, listing
+from stillreach._messages import listing
+from stillreach.errors import InputError
 
 
 class Labels(NamedTuple):
@@ -34,14 +35,14 @@ def in_order(name: str, value: Any, labels: Labels | None) -> Any:
     Args:
         name: the argument's name, for the message.
         value: a mapping, an object like a pandas Series or DataFrame or an xarray DataArray, whose labels are names or
-            0-based indices; anything else is returned as it is.
+            0-based indices; other values are returned unchanged.
         labels: what the entries are called; None: they have no names.
 
     Returns:
         A list or an array. The last axis is the one with labels, also of a mapping from names to columns.
 
     Raises:
-        InputError: a label is missing, unknown or there twice, or the argument takes no labels.
+        InputError: if a label is missing, unknown or duplicated, or the argument takes no labels.
     """
     own = _own_labels(value)
     if own is None:

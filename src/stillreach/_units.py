@@ -27,7 +27,7 @@ def quantity(argument: str, text: str, units: dict[str, float], *, bare: bool = 
         The number in SI units.
 
     Raises:
-        InputError: it is something else.
+        InputError: if the text is not such a number.
     """
     match = NUMBER.fullmatch(text.strip())
     unit = (match[2] if match else "").replace("°", "deg")
@@ -54,7 +54,7 @@ def tolerances(argument: str, text: str | None, *, per_second: bool = False) -> 
         per_second: whether ``/s`` may stand behind each.
 
     Raises:
-        InputError: it is something else, without a unit, or negative.
+        InputError: if the text is invalid, without a unit, or negative.
     """
     if text is None:
         return None, None

@@ -19,15 +19,17 @@ from stillreach.laws import Law
 from stillreach.laws.law import row_names
 from stillreach.task import Task, task_of
 
+__all__ = ["solve_batch"]
+
 
 @dataclass(frozen=True, eq=False)
 class BatchSolution:
-    """Answers of N rows; what was not asked for is None.
+    """Results of N rows; fields that were not requested are None.
 
     Attributes:
         rates: (N, n) [rad/s, m/s].
         status: (N,) int32 Status bits; ``Status(batch.status[i])`` names them. INVALID_INPUT marks rows with a NaN, an
-            infinite value or bounds that leave no rate: they are at rest, as far as their bounds let them.
+            infinite value or contradictory bounds: their rates are 0, or the nearest value inside the bounds.
         residual: (N, m) twist - J rates.
         damping: (N,) damping factor.
         scale: (N,) fraction of the twist that was kept.
@@ -80,7 +82,7 @@ def solve_batch(
     """The best joint rates of N independent rows; each is what ``law.solve`` gives for it alone, to the last bit.
 
     Float64 arrays in C order are used where they are; others are converted. Memory beyond the answers does not grow
-    with N. Bad rows (a NaN, bounds that leave no rate) get INVALID_INPUT and do not stop the others.
+    with N. Invalid rows (a NaN, contradictory bounds) get INVALID_INPUT and do not affect the others.
 
     Args:
         arm: the arm; None where ``jacobians`` come from elsewhere.
@@ -105,7 +107,7 @@ def solve_batch(
             Answers do not depend on it.
 
     Raises:
-        InputError: an argument of another shape or type, or a shared one with a NaN.
+        InputError: if an argument has a wrong shape or type, or a shared one has a NaN.
     """
     if not isinstance(law, Law):
         raise InputError("law", _door.describe(law), "a law, such as stillreach.LeastError()")
@@ -142,14 +144,14 @@ def _of_configurations(
         raise InputError("arm", _door.describe(arm), "stillreach.Arm (or jacobians=)")
     for name, value in (("row_kinds", row_kinds), ("joint_kinds", joint_kinds), ("length", length)):
         if value is not None:
-            raise InputError(name, _door.describe(value), "None: the arm and the task say it")
-    metric, model, asked = task_of(arm, law.weights, task, semidefinite=law.semidefinite)
+            raise InputError(name, _door.describe(value), "None: the arm and the task define it")
+    metric, model, chosen_task = task_of(arm, law.weights, task, semidefinite=law.semidefinite)
     points = _door.array("q", q, "an array (N, n)", arm.labels)
     if points.ndim != 2 or points.shape[1] != arm.n:
         raise InputError("q", _door.describe(points), f"an array (N, {arm.n}) of joint values")
     given = {"q": points, "twist": _rows("twist", twist, len(points), 6, _door.TWIST)}
-    settings = law.core(asked.row_names, arm.reach, asked.weights)
-    return settings, metric, model, asked.indices, asked.frame == "tool", given
+    settings = law.core(chosen_task.row_names, arm.reach, chosen_task.weights)
+    return settings, metric, model, chosen_task.indices, chosen_task.frame == "tool", given
 
 
 def _of_jacobians(

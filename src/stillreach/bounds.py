@@ -1,4 +1,4 @@
-"""Rate bounds: all that a law needs to know of faults and limits."""
+"""Rate bounds: the form in which laws see faults and limits."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from stillreach import _door
 from stillreach._door import FloatArray
 from stillreach.errors import InputError
 
+__all__ = ["Bounds"]
+
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
@@ -22,7 +24,7 @@ class Bounds:
         upper: (n,) [rad/s, m/s], at least ``lower``; inf for none.
 
     Raises:
-        InputError: not two vectors of one length, a NaN, or a lower bound above its upper one.
+        InputError: if the vectors differ in length, hold a NaN, or a lower bound exceeds its upper bound.
     """
 
     lower: FloatArray

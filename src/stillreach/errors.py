@@ -5,10 +5,11 @@ The data of an error are its ``args``, so that it survives pickling (worker proc
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
+
+from stillreach._messages import listing
 
 
 class StillreachError(Exception):
@@ -16,7 +17,7 @@ class StillreachError(Exception):
 
 
 class InputError(StillreachError, ValueError):
-    """An argument is not what the function can use.
+    """An argument is invalid.
 
     Args:
         argument: name of the argument, as the caller wrote it.
@@ -35,7 +36,7 @@ class InputError(StillreachError, ValueError):
 
 
 class UnknownJointError(InputError):
-    """A joint was asked for, by name or index, that the arm does not have.
+    """The arm has no joint of that name or index.
 
     Args:
         argument: name of the argument, as the caller wrote it.
@@ -51,7 +52,7 @@ class UnknownJointError(InputError):
 
 
 class RobotFileError(InputError):
-    """A robot file, or what was asked of it, is not what an arm can be made of.
+    """An arm cannot be made from this robot file or from these arguments.
 
     Args:
         argument: name of the argument, as the caller wrote it: ``"path"``, ``"tip"``, ``"base"`` or ``"fixed"``.
@@ -87,6 +88,10 @@ class RobotFileError(InputError):
         return f"{place}: got {self.got}, expected {self.expected}"
 
 
+STATED = ("missing key", "unknown key", "no such file")
+"""What came where this is no value but a statement."""
+
+
 @dataclass(frozen=True)
 class Mistake:
     """One thing that is wrong in a scenario file.
@@ -109,7 +114,9 @@ class Mistake:
         line = f"line {self.line}" if self.line else ""
         where = ", ".join(part for part in (line, self.place) if part)
         hint = f" ({self.hint})" if self.hint else ""
-        return f"{where}{': ' if where else ''}got {self.got}, expected {self.expected}{hint}"
+        got = self.got if self.got.startswith(STATED) else f"got {self.got}"
+        expected = f": {self.expected}" if got == "missing key" else f", expected {self.expected}"
+        return f"{where}{': ' if where else ''}{got}{expected}{hint}"
 
 
 class ScenarioFileError(InputError):
@@ -134,11 +141,11 @@ class ScenarioFileError(InputError):
 
 
 class MissingExtraError(StillreachError, ImportError):
-    """An optional part was asked for whose packages are not installed.
+    """An optional part is missing its packages.
 
     Args:
         extra: name of the extra that brings them.
-        purpose: what asked for it, e.g. ``"run.save()"``.
+        purpose: what needs it, e.g. ``"run.save()"``.
     """
 
     def __init__(self, extra: str, purpose: str) -> None:
@@ -154,7 +161,7 @@ class SimulationInterrupted(StillreachError, KeyboardInterrupt):
     """Ctrl-C ended a simulation; nothing that was computed is lost.
 
     Args:
-        run: the ``Run`` up to the last computed tick.
+        run: the ``Run`` up to the last computed tick; of ``compare`` the ``Comparison`` up to there.
     """
 
     def __init__(self, run: Any) -> None:
@@ -163,50 +170,3 @@ class SimulationInterrupted(StillreachError, KeyboardInterrupt):
 
     def __str__(self) -> str:
         return "the simulation was interrupted; the ticks computed so far are in .run"
-
-
-def listing(choices: tuple[str, ...]) -> str:
-    """'j1 … j11' for names that only count up, else all of them."""
-    parts = [re.fullmatch(r"(.*?)(\d+)", choice) for choice in choices]
-    if len(choices) > 3 and all(parts):
-        first = parts[0]
-        counted = [f"{first[1]}{int(first[2]) + k}" for k in range(len(choices))] if first else []
-        if counted == list(choices):
-            return f"{choices[0]} … {choices[-1]}"
-    return ", ".join(choices)
-
-
-LIKENESS = 0.65
-"""Least share of letters in common (difflib's ratio): ``axis`` is not a misspelt ``radius``, which has 0.6."""
-LONGEST, COMPARED = 100, 1000
-"""Letters of a word, and number of choices, that are compared."""
-
-
-def nearest(word: Any, choices: Iterable[str]) -> str | None:
-    """The choice that is nearly the word, whatever its case, ``_``, ``-`` and spaces; None where there is none.
-
-    A choice that differs in digits alone is another thing, not a misspelling: ``joint9`` is not meant for ``joint7``.
-    """
-    if not isinstance(word, str) or len(word) > LONGEST:
-        return None
-    from difflib import get_close_matches
-
-    form = _form(word)
-    by_form = {_form(choice): choice for choice in list(choices)[:COMPARED] if len(choice) <= LONGEST}
-    others = [key for key in by_form if key == form or _undigited(key) != _undigited(form)]
-    near = get_close_matches(form, others, n=1, cutoff=LIKENESS)
-    return by_form[near[0]] if near else None
-
-
-def did_you_mean(word: Any, choices: Iterable[str]) -> str:
-    """`` (did you mean 'elbow'?)`` where one of the choices is nearly the word, else nothing."""
-    near = nearest(word, choices)
-    return f" (did you mean {near!r}?)" if near else ""
-
-
-def _undigited(form: str) -> str:
-    return re.sub(r"\d", "0", form)
-
-
-def _form(text: str) -> str:
-    return re.sub(r"[_\s]", "-", text.lower())

@@ -1,88 +1,165 @@
-"""What can be wrong with a joint."""
+"""What can be wrong with a joint: one class a kind, and ``FAULTS``, all of them."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 from stillreach import _door
+from stillreach._forms import INF, JointName, Number, Sign
+from stillreach._kinds import Kind, key, keys_of
+from stillreach._reading import Reading
+from stillreach._tables import Table, about
 from stillreach.errors import InputError
 from stillreach.status import Health
 
+__all__ = ["Confined", "Derated", "Fault", "Locked", "OneWay", "Runaway"]
+
+MOMENT = Number("s", least=0.0)
+
+
+class FaultKind(Kind):
+    """Base of the kinds of faults."""
+
+    health: ClassVar[Health]
+    """The joint's state under this fault."""
+    leaves_choice: ClassVar[bool] = True
+    """Whether the joint has more than one rate left."""
+
+    @property
+    def share(self) -> float:
+        """What is left of the joint's velocity limits, 0 to 1."""
+        return 1.0
+
+    def __post_init__(self) -> None:
+        for name, own in self.keys().items():
+            object.__setattr__(self, name, own.form.checked(name, getattr(self, name)))
+
+    @property
+    def numbers(self) -> tuple[float, float]:
+        """The two numbers that the core reads beside the state: the settings."""
+        first, second, *_ = *vars(self).values(), 0.0, 0.0
+        return first, second
+
+    def sentence(self, *, slides: bool) -> str:
+        """The fault in a few words, for a joint that slides or turns."""
+        return self.word
+
 
 @dataclass(frozen=True)
-class Locked:
+class Locked(FaultKind):
     """The joint stands where it is (brake on): rate exactly 0."""
 
-    @property
-    def health(self) -> Health:
-        """The joint's state under this fault."""
-        return Health.LOCKED
-
-    @property
-    def value(self) -> float:
-        """What the core needs to know beside the state."""
-        return 0.0
+    word = "locked"
+    health = Health.LOCKED
+    leaves_choice = False
 
 
 @dataclass(frozen=True)
-class Derated:
-    """The joint moves at most at a fraction of its rate limit (weak motor, hot drive).
+class Derated(FaultKind):
+    """The joint moves at most at a fraction of its velocity limits (weak motor, hot drive).
 
     Args:
         fraction: from 0 to 1.
     """
 
-    fraction: float
+    word = "derated"
+    health = Health.DERATED
 
-    def __post_init__(self) -> None:
-        value = _door.scalar("fraction", self.fraction)
-        if not 0.0 <= value <= 1.0:
-            raise InputError("fraction", f"{value:g}", "a number from 0 to 1")
-        object.__setattr__(self, "fraction", value)
+    fraction: float = field(metadata=key(Number(least=0.0, most=1.0), "What is left of the velocity limits, 0 to 1"))
 
     @property
-    def health(self) -> Health:
-        """The joint's state under this fault."""
-        return Health.DERATED
-
-    @property
-    def value(self) -> float:
-        """What the core needs to know beside the state."""
+    def share(self) -> float:
+        """The fraction."""
         return self.fraction
+
+    def sentence(self, *, slides: bool) -> str:
+        """``derated to 20 %``."""
+        return f"derated to {100 * self.fraction:.3g} %"
 
 
 @dataclass(frozen=True)
-class Runaway:
+class Runaway(FaultKind):
     """The joint moves at a rate that nobody commands.
 
     Args:
         rate: [rad/s, m/s].
     """
 
-    rate: float
+    word = "runaway"
+    health = Health.RUNAWAY
+    leaves_choice = False
+
+    rate: float = field(metadata=key(Number("joint/s"), "The rate"))
+
+    def sentence(self, *, slides: bool) -> str:
+        """``runs away, 3 deg/s``."""
+        return f"runs away, {_shown(self.rate, slides)}/s"
+
+
+@dataclass(frozen=True)
+class Confined(FaultKind):
+    """The joint's range is reduced: it stays inside as inside position limits, which hold as well.
+
+    Rates towards an end shrink so that the joint can stop there. Outside the range it may move back in and no further
+    out. Its velocity limits stay.
+
+    Args:
+        lower: [rad, m] -inf for no end on this side.
+        upper: [rad, m] at least ``lower``; inf for no end on this side.
+    """
+
+    word = "confined"
+    health = Health.CONFINED
+
+    lower: float = field(metadata=key(Number("joint", least=-INF, most=INF), "The lower end of its range"))
+    upper: float = field(metadata=key(Number("joint", least=-INF, most=INF), "The upper end of its range"))
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "rate", _door.scalar("rate", self.rate))
+        super().__post_init__()
+        if self.lower > self.upper or self.lower == INF or self.upper == -INF:
+            got = f"{self.lower:g} with upper {self.upper:g}"
+            raise InputError("lower", got, "lower <= upper, with room for a position")
 
-    @property
-    def health(self) -> Health:
-        """The joint's state under this fault."""
-        return Health.RUNAWAY
-
-    @property
-    def value(self) -> float:
-        """What the core needs to know beside the state."""
-        return self.rate
+    def sentence(self, *, slides: bool) -> str:
+        """``confined to -30 deg … 45 deg``."""
+        return f"confined to {_shown(self.lower, slides)} … {_shown(self.upper, slides)}"
 
 
-FaultKind = Locked | Derated | Runaway
+@dataclass(frozen=True)
+class OneWay(FaultKind):
+    """The joint moves to one side only, up to its velocity limit on that side.
+
+    Args:
+        direction: +1 (rates of at least 0) or -1 (at most 0).
+    """
+
+    word = "one-way"
+    health = Health.ONE_WAY
+
+    direction: float = field(metadata=key(Sign(), "1: rates of at least 0; -1: at most 0"))
+
+    def sentence(self, *, slides: bool) -> str:
+        """``moves one way, +``."""
+        return f"moves one way, {'+' if self.direction > 0.0 else '-'}"
 
 
-def fault_kind(name: str, value: object) -> FaultKind:
+def _shown(value: float, slides: bool) -> str:
+    """A joint value in mm or degrees."""
+    return f"{1000.0 * value:.3g} mm" if slides else f"{math.degrees(value):.3g} deg"
+
+
+FAULTS: tuple[type[FaultKind], ...] = (Locked, Derated, Runaway, Confined, OneWay)
+"""Every kind of fault."""
+
+
+def fault_kind(name: str, value: Any) -> FaultKind:
     """The value if it is a fault kind; InputError naming the choices otherwise."""
-    if isinstance(value, Locked | Derated | Runaway):
+    if isinstance(value, FAULTS):
         return value
-    raise InputError(name, _door.describe(value), "Locked(), Derated(fraction) or Runaway(rate)")
+    calls = [f"{kind.__name__}({', '.join(kind.keys())})" for kind in FAULTS]
+    raise InputError(name, _door.describe(value), f"{', '.join(calls[:-1])} or {calls[-1]}")
 
 
 @dataclass(frozen=True)
@@ -92,14 +169,16 @@ class Fault:
     Args:
         joint: name or 0-based index.
         at: onset [s].
-        kind: Locked(), Derated(fraction) or Runaway(rate).
+        kind: one of FAULTS, e.g. Derated(0.2).
         until: [s] when the joint is restored; None is never.
     """
 
-    joint: str | int
-    at: float = field(default=0.0, kw_only=True)
+    joint: str | int = field(metadata=key(JointName(), "Name of the joint"))
+    at: float = field(default=0.0, kw_only=True, metadata=key(MOMENT, "Onset"))
     kind: FaultKind = field(default=Locked(), kw_only=True)
-    until: float | None = field(default=None, kw_only=True)
+    until: float | None = field(
+        default=None, kw_only=True, metadata=key(MOMENT, "When the joint works again; never if absent")
+    )
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "at", _door.positive("at", self.at, or_zero=True))
@@ -109,3 +188,18 @@ class Fault:
             if until <= self.at:
                 raise InputError("until", f"{until:g}", f"a time after the onset at {self.at:g} s")
             object.__setattr__(self, "until", until)
+
+
+def fault_tables() -> dict[str, Table]:
+    """The table of a fault of each kind in a file, by word."""
+    return {kind.word: _table(kind) for kind in FAULTS}
+
+
+def _table(kind: type[FaultKind]) -> Table:
+    own = kind.keys()
+
+    def build(values: dict[str, Any], reading: Reading) -> Fault:
+        settings = {name: values.pop(name) for name in own}
+        return Fault(**values, kind=kind.read(settings, reading))
+
+    return Table(kind.__name__, about(kind), {**keys_of(Fault), **own}, build, kind.word)

@@ -1,4 +1,4 @@
-"""A second look at an answer, from the data it holds: what is lost, what is weak, and whether it kept its word."""
+"""Checks of a Solution from its own data: lost directions, weak directions, promises."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Check:
-    """What ``Solution.check()`` found; true as a whole when every promise holds.
+    """Result of ``Solution.check()``; true if every promise holds.
 
     Args:
         finite: all rates are finite.
@@ -43,7 +43,7 @@ class Check:
 
 
 def check(solution: Solution) -> Check:
-    """Recomputes every promise of an answer from its data."""
+    """Recomputes every promise of a solution from its data."""
     rates, lower, upper = solution.rates, solution.lower, solution.upper
     fixed = lower == upper
     excess = np.maximum(np.maximum(rates - upper, lower - rates), 0.0)
@@ -82,7 +82,7 @@ def lost_directions(
         (m, lost) orthonormal basis of unit twists in weighted units, the worst first.
 
     Raises:
-        InputError: rates below 0, speeds not above 0, or another number of them.
+        InputError: if a rate is negative, a speed is not positive, or their number is wrong.
     """
     J, row_weights = np.asarray(solution.jacobian), np.asarray(solution.row_weights)
     m, n = J.shape

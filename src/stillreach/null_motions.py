@@ -3,35 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
+from stillreach._core import NullMotionKind
 from stillreach._door import FloatArray
+from stillreach._forms import Number
+from stillreach._kinds import Kind, key
 from stillreach._labels import Labels
+from stillreach._lists import PerJoint
 from stillreach.errors import InputError
 
-# NullMotionKind of the core
-NONE, RATES, POSTURE, CENTRING, MANIPULABILITY, GRADIENT = range(6)
+GAIN = key(Number("1/s", above=0.0), "Gain")
+LARGEST = key(Number("arm/s", above=0.0), "Largest rate asked of any joint; all are scaled down together")
+
+
+Core = tuple[NullMotionKind, float, npt.ArrayLike | None, Callable[..., object] | None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class NullMotion:
+class NullMotion(Kind):
     """Base of all null motions.
 
     Args:
         max_rate: largest rate [rad/s, m/s] that is asked of any joint; all are scaled down together.
     """
 
-    max_rate: float = float("inf")
+    kind: ClassVar[NullMotionKind]
+    """What the core calls it."""
+
+    max_rate: float = field(default=float("inf"), metadata=LARGEST)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "max_rate", _door.positive("max_rate", self.max_rate, allow_inf=True))
 
-    def core(self, joints: Labels) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
+    def core(self, joints: Labels) -> Core:
         """(kind, gain, vector, gradient) as the compiled core reads them, for an arm of these joints."""
         raise TypeError(f"{type(self).__name__} is a base class; use one of the null motions")
 
@@ -44,11 +54,16 @@ class Rates(NullMotion):
         rates: (n,) [rad/s, m/s].
     """
 
-    rates: npt.ArrayLike
+    word = "rates"
+    kind = NullMotionKind.RATES
 
-    def core(self, joints: Labels) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
+    rates: npt.ArrayLike = field(
+        metadata=key(PerJoint(Number("joint/s")), "Joint rates, all or by name, 0 for the others")
+    )
+
+    def core(self, joints: Labels) -> Core:
         """The given rates."""
-        return RATES, 1.0, _vector("rates", self.rates, joints), None
+        return self.kind, 1.0, _vector("rates", self.rates, joints), None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -62,12 +77,15 @@ class Posture(NullMotion):
         gain: [1/s].
     """
 
-    q: npt.ArrayLike
-    gain: float = 1.0
+    word = "posture"
+    kind = NullMotionKind.POSTURE
 
-    def core(self, joints: Labels) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
+    q: npt.ArrayLike = field(metadata=key(PerJoint(Number("joint")), "Joint values, all or by name, 0 for the others"))
+    gain: float = field(default=1.0, metadata=GAIN)
+
+    def core(self, joints: Labels) -> Core:
         """The posture and its gain."""
-        return POSTURE, _door.positive("gain", self.gain), _vector("q", self.q, joints), None
+        return self.kind, _door.positive("gain", self.gain), _vector("q", self.q, joints), None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,11 +96,14 @@ class Centring(NullMotion):
         gain: [1/s].
     """
 
-    gain: float = 1.0
+    word = "centring"
+    kind = NullMotionKind.CENTRING
 
-    def core(self, joints: Labels) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
+    gain: float = field(default=1.0, metadata=GAIN)
+
+    def core(self, joints: Labels) -> Core:
         """The gain."""
-        return CENTRING, _door.positive("gain", self.gain), None, None
+        return self.kind, _door.positive("gain", self.gain), None, None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,16 +117,19 @@ class Manipulability(NullMotion):
         gain: [rad²/s].
     """
 
-    gain: float = 1.0
-    max_rate: float = 1.0
+    word = "manipulability"
+    kind = NullMotionKind.MANIPULABILITY
+
+    gain: float = field(default=1.0, metadata=key(Number("rad²/s", above=0.0), "Gain"))
+    max_rate: float = field(default=1.0, metadata=LARGEST)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         _door.positive("max_rate", self.max_rate)  # near a singularity the gradient has no bound of its own
 
-    def core(self, joints: Labels) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
+    def core(self, joints: Labels) -> Core:
         """The gain."""
-        return MANIPULABILITY, _door.positive("gain", self.gain), None, None
+        return self.kind, _door.positive("gain", self.gain), None, None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -119,15 +143,23 @@ class Gradient(NullMotion):
         gain: rates per unit of the gradient.
     """
 
+    word = "gradient"
+    kind = NullMotionKind.GRADIENT
+    in_files = False
+
     gradient: npt.ArrayLike | Callable[[npt.NDArray[np.float64]], npt.ArrayLike]
     gain: float = 1.0
 
-    def core(self, joints: Labels) -> tuple[int, float, npt.ArrayLike | None, Callable[..., object] | None]:
+    def core(self, joints: Labels) -> Core:
         """The gradient and its gain."""
         gain = _door.positive("gain", self.gain)
         if callable(self.gradient):
-            return GRADIENT, gain, None, self.gradient
-        return GRADIENT, gain, _vector("gradient", self.gradient, joints), None
+            return self.kind, gain, None, self.gradient
+        return self.kind, gain, _vector("gradient", self.gradient, joints), None
+
+
+NULL_MOTIONS: tuple[type[NullMotion], ...] = (Manipulability, Centring, Posture, Rates, Gradient)
+"""Every null motion."""
 
 
 def checked_null_motion(value: Any, joints: Labels) -> NullMotion | None:
@@ -137,16 +169,16 @@ def checked_null_motion(value: Any, joints: Labels) -> NullMotion | None:
     try:
         return Rates(rates=_vector("null_motion", value, joints))
     except InputError:
-        choices = f"Posture, Centring, Manipulability, Gradient, Rates, {len(joints.names)} rates or None"
+        choices = f"{', '.join(kind.__name__ for kind in NULL_MOTIONS)}, {len(joints.names)} rates or None"
         raise InputError("null_motion", _door.describe(value), choices) from None
 
 
 def null_motion_settings(
     motion: NullMotion | None, joints: Labels
-) -> tuple[int, float, float, npt.ArrayLike | None, Callable[..., object] | None]:
+) -> tuple[NullMotionKind, float, float, npt.ArrayLike | None, Callable[..., object] | None]:
     """(kind, gain, largest rate, vector, gradient) of a null motion, as the compiled core reads them."""
     if motion is None:
-        return NONE, 0.0, float("inf"), None, None
+        return NullMotionKind.NONE, 0.0, float("inf"), None, None
     kind, gain, vector, gradient = motion.core(joints)
     return kind, gain, motion.max_rate, vector, gradient
 

@@ -19,19 +19,21 @@ from stillreach.errors import InputError
 from stillreach.laws import Law
 from stillreach.task import Task, task_of
 
+__all__ = ["rollout_batch"]
+
 INTEGRATORS = ("euler", "rk4")
 MOST_STEPS = 10**12
 
 
 @dataclass(frozen=True, eq=False)
 class BatchRollout:
-    """Where N scenarios went. R = steps / every, rounded up; what was not asked for is None.
+    """Results of N scenarios. R = steps / every, rounded up; records that were not requested are None.
 
     Attributes:
         final_q: (N, n) [rad, m] after the last step.
         final_rates: (N, n) [rad/s, m/s] of the last step: ``last_rates`` of a rollout that goes on from there.
         worst_error: (N,) largest weighted task error on the way.
-        any_status: (N,) int32 every Status bit that was up on the way.
+        any_status: (N,) int32 all Status flags of the row's steps.
         q: (N, R, n) before each recorded step.
         rates: (N, R, n).
         task_error: (N, R).
@@ -99,7 +101,7 @@ def rollout_batch(
         raise InputError("arm", _door.describe(arm), "stillreach.Arm")
     if not isinstance(law, Law):
         raise InputError("law", _door.describe(law), "a law, such as stillreach.LeastError()")
-    metric, model, asked = task_of(arm, law.weights, task, semidefinite=law.semidefinite)
+    metric, model, chosen_task = task_of(arm, law.weights, task, semidefinite=law.semidefinite)
     points = _matrix("start", start, None, arm.labels)
     count, total, interval = len(points), _steps("steps", steps), _steps("every", every)
     commands, strides = _commands(twist, count, total)
@@ -111,11 +113,11 @@ def rollout_batch(
         given |= motion_limits(arm)
     answers = _answers(record, count, -(-total // interval), arm.n)
     _core.rollout_batch(
-        law.core(asked.row_names, arm.reach, asked.weights),
+        law.core(chosen_task.row_names, arm.reach, chosen_task.weights),
         metric,
         model,
-        asked.indices,
-        asked.frame == "tool",
+        chosen_task.indices,
+        chosen_task.frame == "tool",
         count,
         total,
         interval,

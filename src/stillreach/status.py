@@ -1,39 +1,43 @@
-"""What a tick answers: flags of what happened, and the reasons of active bounds."""
+"""Status flags of a tick, reasons of active bounds, health of joints."""
 
 from __future__ import annotations
 
 import operator
-from enum import IntEnum, IntFlag
+from enum import IntFlag
 from typing import Any
+
+from stillreach._core import STATUS, Health, Reason
+
+__all__ = ["Health", "Reason", "Status"]
 
 
 class Status(IntFlag):
-    """What happened in a tick; several things can be true. The flags are the compiled core's."""
+    """Flags of a tick; several can be set. The values are the compiled core's."""
 
-    OK = 0
+    OK = STATUS["OK"]
     """No other flag."""
-    SATURATED = 1
+    SATURATED = STATUS["SATURATED"]
     """A working joint is at a limit: one that is healthy, or that its fault leaves a choice, however little."""
-    SCALED = 2
+    SCALED = STATUS["SCALED"]
     """Less than the whole commanded twist was aimed at (KeepDirection)."""
-    DAMPED = 4
+    DAMPED = STATUS["DAMPED"]
     """The damping factor is above 0."""
-    SINGULAR = 8
+    SINGULAR = STATUS["SINGULAR"]
     """The working joints' Jacobian has lost rank."""
-    OVER_LIMIT = 16
+    OVER_LIMIT = STATUS["OVER_LIMIT"]
     """The rates exceed a bound (Pseudoinverse only)."""
-    NO_WORKING_JOINT = 32
-    """Every joint has failed, and none has a choice left."""
-    FAULT_NOT_COMPENSATED = 64
+    NO_WORKING_JOINT = STATUS["NO_WORKING_JOINT"]
+    """Every joint has failed, and no fault leaves a choice."""
+    FAULT_NOT_COMPENSATED = STATUS["FAULT_NOT_COMPENSATED"]
     """A runaway joint moves the tool, and the others cannot make up for it."""
-    CLIPPED = 128
+    CLIPPED = STATUS["CLIPPED"]
     """Rates were cut to their bounds one by one (damping laws)."""
-    LIMIT_GIVEN_UP = 256
+    LIMIT_GIVEN_UP = STATUS["LIMIT_GIVEN_UP"]
     """Limits contradicted each other; the one of lower precedence was given up."""
-    ITERATION_LIMIT = 512
-    """A search met its bound on steps; the answer is the best so far, inside the bounds."""
-    INVALID_INPUT = 1024
-    """Input that is no finite number; the rates brake."""
+    ITERATION_LIMIT = STATUS["ITERATION_LIMIT"]
+    """A search reached its limit of steps; the result is the best found, inside the bounds."""
+    INVALID_INPUT = STATUS["INVALID_INPUT"]
+    """An input is NaN or infinite; the rates brake."""
 
     @classmethod
     def _missing_(cls, value: object) -> Any:
@@ -47,20 +51,18 @@ class Status(IntFlag):
         return self.name or "OK"
 
 
-class Reason(IntEnum):
-    """Why a rate bound is what it is. In ``Solution.active`` negative at the lower bound, positive at the upper one."""
-
-    FREE = 0
-    FAULT = 1
-    RATE = 2
-    POSITION = 3
-    ACCELERATION = 4
-
-
-class Health(IntEnum):
-    """State of a joint, as ``Run.health`` and ``Controller.health`` hold it."""
-
-    HEALTHY = 0
-    LOCKED = 1
-    DERATED = 2
-    RUNAWAY = 3
+IN_WORDS = {
+    Status.OK: "no limit active",
+    Status.SATURATED: "a joint at a limit",
+    Status.SCALED: "slowed down",
+    Status.DAMPED: "damped",
+    Status.SINGULAR: "singular",
+    Status.OVER_LIMIT: "over a limit",
+    Status.NO_WORKING_JOINT: "no working joint",
+    Status.FAULT_NOT_COMPENSATED: "fault not compensated",
+    Status.CLIPPED: "rates cut to their bounds",
+    Status.LIMIT_GIVEN_UP: "limit given up",
+    Status.ITERATION_LIMIT: "iteration limit",
+    Status.INVALID_INPUT: "invalid input",
+}
+"""Flags as people read them."""

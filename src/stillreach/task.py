@@ -1,4 +1,4 @@
-"""What is asked: which rows of the twist, along which axes, and what counts as 1."""
+"""Tasks and weights: which rows of the twist count, along which axes, and in which units."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from stillreach._door import FloatArray
 from stillreach.arm import Arm
 from stillreach.errors import InputError
 
+__all__ = ["Task", "Weights"]
+
 ROWS = {"pose": (0, 1, 2, 3, 4, 5), "position": (0, 1, 2), "orientation": (3, 4, 5)}
 FRAMES = ("base", "tool")
 SEMIDEFINITE = 1e-12
@@ -23,7 +25,7 @@ SEMIDEFINITE = 1e-12
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Weights:
-    """What counts as 1 in task errors and in joint rates, and how much each row and joint counts.
+    """Units and weights of task errors and joint rates.
 
     Args:
         length: [m] the unit of v rows and prismatic joints (0.0254: they are measured in inches).
@@ -124,7 +126,7 @@ def _metric(
     rows: tuple[int, ...] | None,
     semidefinite: bool,
 ) -> Metric:
-    """The last ones made are kept: a loop of single calls asks for the same one again and again."""
+    """Cached, because a loop of single calls uses the same one every time."""
     return weights._metric(linear_rows, prismatic, rows, semidefinite)
 
 
@@ -215,7 +217,7 @@ class Task:
         weights: units and weights; None: one metre, one radian, all equal.
 
     Raises:
-        InputError: anything else.
+        InputError: if an argument is invalid.
     """
 
     rows: str | Sequence[bool] = "pose"
@@ -244,7 +246,7 @@ class Task:
 
 
 def _row_indices(rows: str | Sequence[bool]) -> tuple[int, ...]:
-    """Indices into [v; w] of the rows asked for."""
+    """Indices into [v; w] of the selected rows."""
     if isinstance(rows, str):
         return ROWS[_door.choice("rows", rows, tuple(ROWS))]
     mask = list(rows) if isinstance(rows, Sequence | np.ndarray) else []
@@ -269,17 +271,17 @@ def task_of(
     Raises:
         InputError: if it is not a task, has other weights than the law, or weights that the law cannot use.
     """
-    asked = Task() if task is None else task
-    if not isinstance(asked, Task):
-        raise InputError("task", _door.describe(asked), "stillreach.Task")
-    if weights is not None and asked.weights is not None and weights is not asked.weights:
+    chosen_task = Task() if task is None else task
+    if not isinstance(chosen_task, Task):
+        raise InputError("task", _door.describe(chosen_task), "stillreach.Task")
+    if weights is not None and chosen_task.weights is not None and weights is not chosen_task.weights:
         raise InputError("weights", "different weights of law and task", "weights in one of them")
     prismatic = [joint.kind == "prismatic" for joint in arm.joints]
-    linear = [row < 3 for row in asked.indices]
-    chosen = weights or asked.weights or UNIT_WEIGHTS
-    metric = chosen.metric(linear, prismatic, asked.indices, semidefinite=semidefinite)
-    _refuse_singular(chosen, asked)
-    return metric, (arm if asked.tool is None else arm.with_tool(arm.tool @ asked.tool)).model, asked
+    linear = [row < 3 for row in chosen_task.indices]
+    chosen = weights or chosen_task.weights or UNIT_WEIGHTS
+    metric = chosen.metric(linear, prismatic, chosen_task.indices, semidefinite=semidefinite)
+    _refuse_singular(chosen, chosen_task)
+    return metric, (arm if chosen_task.tool is None else arm.with_tool(arm.tool @ chosen_task.tool)).model, chosen_task
 
 
 def _refuse_singular(weights: Weights, task: Task) -> None:

@@ -9,7 +9,9 @@ import stillreach as sr
 from tests.conformance.registry import ARMS
 
 INF = np.inf
-HEALTHY, LOCKED, DERATED, RUNAWAY = range(4)
+LOCKED, DERATED, RUNAWAY, CONFINED, ONE_WAY = list(sr.Health)[1:]
+HALF_RANGE = 0.3
+"""A confined joint has so much room on either side of its value."""
 SEGMENT = 25
 """Ticks between two changes of faults."""
 
@@ -22,7 +24,7 @@ class Attack:
         arm, task, period: of the controller.
         rate, position: (n, 2) limits; `acceleration` (n,).
         q, twist: (K, n) and (K, 6), some of them no numbers.
-        health, value: (K, n) state of each joint, and the fraction or rate that goes with it.
+        health, value: (K, n) state of each joint, and its fraction, rate, middle of the range or direction.
     """
 
     arm: sr.Arm
@@ -90,11 +92,13 @@ def _faults(rng, n, ticks):
     for row in range(count):
         broken = [0, 0, int(rng.integers(0, n + 1)), n - 1, n][rng.integers(5)]
         chosen = rng.permutation(n)[:broken]
-        health[row, chosen] = rng.choice([LOCKED, LOCKED, DERATED, RUNAWAY], broken)
+        health[row, chosen] = rng.choice([LOCKED, LOCKED, DERATED, RUNAWAY, CONFINED, ONE_WAY], broken)
         value[row, chosen] = rng.choice([0.0, 0.1, 0.5, 1.0], broken)
     runs = health == RUNAWAY
     value[runs] = (value * rng.choice([-1.0, 1e-3, 1.0, 30.0], (count, n)))[runs]
     value[health == LOCKED] = 0.0
+    ways = health == ONE_WAY
+    value[ways] = np.where(value > 0.2, 1.0, -1.0)[ways]
     return np.repeat(health, SEGMENT, axis=0), np.repeat(value, SEGMENT, axis=0)
 
 
@@ -133,17 +137,24 @@ def _no_numbers(rng, values):
     values[rows, rng.integers(0, values.shape[1], len(rows))] = rng.choice([np.nan, INF, -INF], len(rows))
 
 
+def without_choice(attack):
+    """(K, n) which joints have one rate left by their fault."""
+    none_left = (attack.health == DERATED) & (attack.value == 0.0)
+    return (attack.health == LOCKED) | (attack.health == RUNAWAY) | none_left
+
+
 def rate_bounds(attack):
     """(K, n) lower and upper bound of each rate by faults and rate limits."""
-    stuck = (attack.health == LOCKED) | (attack.health == RUNAWAY)
+    stuck, blocked = without_choice(attack), (attack.health == ONE_WAY) & np.array([attack.value > 0, attack.value < 0])
     with np.errstate(invalid="ignore"):
         reduced = [np.nan_to_num(attack.value * side, nan=0.0, posinf=INF, neginf=-INF) for side in attack.rate.T]
-    for side, reduction in zip(attack.rate.T, reduced, strict=True):
-        yield np.where(stuck, attack.value, np.where(attack.health == DERATED, reduction, side))
+    for side, reduction, none in zip(attack.rate.T, reduced, blocked, strict=True):
+        left = np.where(none, 0.0, np.where(attack.health == DERATED, reduction, side))
+        yield np.where(stuck, attack.value, left)
 
 
 def position_bounds(attack):
-    """(K, n) lower and upper bound of each healthy joint's rate by position limits.
+    """(K, n) lower and upper bound of each working joint's rate by position limits and the ranges of confined joints.
 
     A joint at v that brakes by `a` every tick from the next one on goes `period` times the sum of the positive ones of
     v, v - a period, v - 2 a period, ... further. That sum is the largest of its partial sums, so it fits into the room
@@ -152,7 +163,9 @@ def position_bounds(attack):
     """
     h, a = attack.period, attack.acceleration
     with np.errstate(all="ignore"):
-        for sign, limit in zip((-1.0, 1.0), attack.position.T, strict=True):
+        for sign, end in zip((-1.0, 1.0), attack.position.T, strict=True):
+            fault = np.where(attack.health == CONFINED, attack.value + sign * HALF_RANGE, sign * INF)
+            limit = sign * np.minimum(sign * end, sign * fault)
             room = np.maximum(sign * (limit - attack.q), 0.0)
             ticks = np.maximum(np.floor(np.sqrt(2.0 * room / a) / h), 1.0)
             curve = np.minimum(*(room / (h * count) + a * h * (count - 1.0) / 2.0 for count in (ticks, ticks + 1.0)))
@@ -169,7 +182,7 @@ def violations(attack, rates, status, *, bounded=True):
         rates, status: (K, n) and (K,) what was answered, from rest on.
         bounded: whether the law promises bounds at all.
     """
-    stuck = (attack.health == LOCKED) | (attack.health == RUNAWAY)
+    stuck = without_choice(attack)
     last = np.vstack([np.zeros(attack.arm.n), rates[:-1]])
     (rate_low, rate_high), (stop_low, stop_high) = rate_bounds(attack), position_bounds(attack)
     low, high = (

@@ -21,7 +21,8 @@ extern "C" __global__ void solve_rows_of_jacobians(int count, stillreach::LawSet
   const int row = thread();
   if (row >= count) return;
   stillreach::Problem p = shared;
-  p.jacobian = jacobians + static_cast<std::size_t>(row) * p.m * p.n, p.twist = twists + static_cast<std::size_t>(row) * p.m;
+  p.jacobian = jacobians + static_cast<std::size_t>(row) * p.m * p.n;
+  p.twist = twists + static_cast<std::size_t>(row) * p.m;
   stillreach::Workspace w = workspace(p.n, p.metric.joints != nullptr, row, doubles, ints, bytes);
   stillreach::solve_law(law, p, w, answers[row]);
 }

@@ -13,7 +13,9 @@ struct Random {  // xorshift64* (Vigna, 2016)
   std::uint64_t state;
   explicit Random(std::uint64_t seed) : state(seed * 0x9e3779b97f4a7c15ull + 1) {}
   double between(double low, double high) {
-    state ^= state >> 12, state ^= state << 25, state ^= state >> 27;
+    state ^= state >> 12;
+    state ^= state << 25;
+    state ^= state >> 27;
     const double unit = static_cast<double>((state * 0x2545f4914f6cdd1dull) >> 11) * 0x1p-53;
     return low + (high - low) * unit;
   }
@@ -28,14 +30,14 @@ struct Random {  // xorshift64* (Vigna, 2016)
 // Poses and axes as a user has them: n + 1 row-major 4 x 4 placements, the last one the tool.
 struct Chain {
   std::vector<double> placements, axes;
-  std::vector<std::int8_t> kinds;
+  std::vector<stillreach::JointKind> kinds;
   int n() const { return static_cast<int>(kinds.size()); }
 
   void shift(double x, double y, double z) {
     const double T[16] = {1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1};
     placements.insert(placements.end(), T, T + 16);
   }
-  void joint(double x, double y, double z, double ax, double ay, double az, stillreach::JointKind kind = stillreach::REVOLUTE) {
+  void joint(double x, double y, double z, double ax, double ay, double az, stillreach::JointKind kind = stillreach::JointKind::REVOLUTE) {
     shift(x, y, z);
     axes.insert(axes.end(), {ax, ay, az});
     kinds.push_back(kind);
@@ -75,11 +77,19 @@ inline Chain skew_chain(int n, std::uint64_t seed) {
   Chain c;
   for (int i = 0; i < n; ++i) {
     double a[3] = {random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)};
-    if (i % 5 == 0) a[0] = a[1] = 0.0, a[2] = i % 2 ? -1.0 : 1.0;
-    if (i % 5 == 1) a[0] = 1e-9, a[1] = 0.0, a[2] = -1.0;
+    if (i % 5 == 0) {
+      a[0] = a[1] = 0.0;
+      a[2] = i % 2 ? -1.0 : 1.0;
+    }
+    if (i % 5 == 1) {
+      a[0] = 1e-9;
+      a[1] = 0.0;
+      a[2] = -1.0;
+    }
     const double size = __builtin_sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
-    c.joint(random.between(-0.4, 0.4), random.between(-0.4, 0.4), random.between(0.1, 0.5), a[0] / size, a[1] / size, a[2] / size,
-            i % 4 == 3 ? stillreach::PRISMATIC : stillreach::REVOLUTE);
+    const double at[3] = {random.between(-0.4, 0.4), random.between(-0.4, 0.4), random.between(0.1, 0.5)};  // in this order
+    c.joint(at[0], at[1], at[2], a[0] / size, a[1] / size, a[2] / size,
+            i % 4 == 3 ? stillreach::JointKind::PRISMATIC : stillreach::JointKind::REVOLUTE);
   }
   c.shift(0.1, 0.2, 0.3);
   return c;

@@ -9,7 +9,9 @@
 
 #include "chains.hpp"
 #include "check.hpp"
-#include "kernels.hpp"
+#include "stillreach/dispatch.hpp"
+
+using stillreach::kernel;
 
 using Numbers = std::vector<double>;
 using Codes = std::vector<std::int8_t>;
@@ -67,13 +69,23 @@ inline void any_bounds(int n, bool legal, double* lower, double* upper) {
     if (mode == 1 || (mode == 2 && below(2))) a = -kInfinity;
     if (mode == 1 || (mode == 2 && below(2))) b = kInfinity;
     if (mode == 3 || (mode == 5 && below(2))) a = b = below(2) ? 0.0 : number({0, scale, false});
-    if (mode == 4) a = special(false), b = special(false);
-    if (mode == 6) a = between(-1, 1) * scale, b = below(2) ? std::nextafter(a, kInfinity) : a + std::fabs(a) * 1e-9;
+    if (mode == 4) {
+      a = special(false);
+      b = special(false);
+    }
+    if (mode == 6) {
+      a = between(-1, 1) * scale;
+      b = below(2) ? std::nextafter(a, kInfinity) : a + std::fabs(a) * 1e-9;
+    }
     if (below(4) == 0) a = 0.0;
     if (below(6) == 0) b = 0.0;
     if (a > b) std::swap(a, b);
-    if (!legal && below(5) == 0) a = number({4, 1.0, true}), b = number({4, 1.0, true});
-    lower[i] = a, upper[i] = b;
+    if (!legal && below(5) == 0) {
+      a = number({4, 1.0, true});
+      b = number({4, 1.0, true});
+    }
+    lower[i] = a;
+    upper[i] = b;
   }
 }
 inline bool leave_room(const double* lower, const double* upper, int n) {
@@ -94,7 +106,10 @@ struct Weights {
     }
     if (below(2)) return;
     const double scale = below(2) ? 1.0 : decade(-150, 150);
-    for (int i = 0; i < n; ++i) units.push_back(below(2) ? 1.0 : decade(-6, 6)), columns.push_back(units[i] / std::sqrt(between(0.1, 10) * scale));
+    for (int i = 0; i < n; ++i) {
+      units.push_back(below(2) ? 1.0 : decade(-6, 6));
+      columns.push_back(units[i] / std::sqrt(between(0.1, 10) * scale));
+    }
     if (below(2)) return;
     const Numbers a = rng.vector(n * n, 1.0);  // positive definite: A A' + something
     const double more = below(2) ? 0.1 : 1e-14;
@@ -113,11 +128,16 @@ struct Weights {
 };
 
 inline stillreach::LawSettings any_law() {
-  stillreach::LawSettings law{below(4), below(3), below(2), below(3) ? between(0, 1) : below(2) ? decade(-310, 308) : 0.0,
+  stillreach::LawSettings law{static_cast<stillreach::LawKind>(below(4)), static_cast<stillreach::DampingKind>(below(3)),
+                              static_cast<stillreach::NormKind>(below(2)), below(3) ? between(0, 1) : below(2) ? decade(-310, 308) : 0.0,
                               below(4) ? 1e-10 : decade(-320, -1e-9), below(stillreach::kParts + 1), {}, {}, -1, 0.0, 0.0};
   for (int g = 0; g < law.parts; ++g) law.price[g] = below(3) ? decade(0, 3) : decade(-308, 308);
   for (int r = 0; r < 6 && law.parts > 0; ++r) law.part[r] = static_cast<std::int8_t>(below(law.parts));
-  if (law.parts > 1 && below(2)) law.capped = below(law.parts), law.ceiling = decade(-3, 3), law.beyond = law.price[law.capped] * decade(0, 3);
+  if (law.parts > 1 && below(2)) {
+    law.capped = below(law.parts);
+    law.ceiling = decade(-3, 3);
+    law.beyond = law.price[law.capped] * decade(0, 3);
+  }
   return law;
 }
 
@@ -129,14 +149,17 @@ struct AnyArm {
     const double scale = below(5) ? 1.0 : decade(-12, 12);
     const bool turned = below(5) != 0;
     Numbers placements(16 * (n + 1), 0.0), axes(3 * n, 0.0);
-    Codes kinds(n);
+    std::vector<stillreach::JointKind> kinds(n);
     for (int i = 0; i <= n; ++i) {
       double* T = &placements[16 * i];
       T[15] = 1.0;
       rotation(turned, T);
       for (int r = 0; r < 3; ++r) T[4 * r + 3] = below(3) ? between(-1, 1) * scale : 0.0;
     }
-    for (int i = 0; i < n; ++i) axes[3 * i + below(3)] = below(2) ? 1.0 : -1.0, kinds[i] = below(5) == 0;
+    for (int i = 0; i < n; ++i) {
+      axes[3 * i + below(3)] = below(2) ? 1.0 : -1.0;
+      kinds[i] = below(5) ? stillreach::JointKind::REVOLUTE : stillreach::JointKind::PRISMATIC;
+    }
     view = kernel().align_axes(n, kinds.data(), placements.data(), axes.data(), links.data());
     view.links = links.data();
   }
@@ -170,11 +193,14 @@ void expect(bool holds, const char* what, const Text& text) {
 inline std::string shown(const char* name, const double* a, int count) {
   std::string text = std::string(" ") + name + " [";
   char one[40];
-  for (int i = 0; i < count && i < 14; ++i) std::snprintf(one, sizeof one, "%.17g,", a[i]), text += one;
+  for (int i = 0; i < count && i < 14; ++i) {
+    std::snprintf(one, sizeof one, "%.17g,", a[i]);
+    text += one;
+  }
   return text + "]";
 }
 inline std::string shown(const stillreach::LawSettings& law) {
   char text[160];
-  std::snprintf(text, sizeof text, "law %d damping %d norm %d kappa %g rank %g", law.kind, law.damping, law.norm, law.kappa, law.rank_tolerance);
+  std::snprintf(text, sizeof text, "law %d damping %d norm %d kappa %g rank %g", static_cast<int>(law.kind), static_cast<int>(law.damping), static_cast<int>(law.norm), law.kappa, law.rank_tolerance);
   return text;
 }

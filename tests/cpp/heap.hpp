@@ -11,15 +11,7 @@
 inline volatile long heap_calls = 0;  // since the program began
 inline volatile long new_calls = 0;
 
-#if defined(__SANITIZE_ADDRESS__)
-
-// The sanitizer owns malloc; it tells of every allocation. operator new ends there as well.
-extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*taken)(const volatile void*, std::size_t),
-                                                         void (*freed)(const volatile void*));
-inline const int heap_is_counted = __sanitizer_install_malloc_and_free_hooks(
-    [](const volatile void*, std::size_t) { heap_calls = heap_calls + 1; }, [](const volatile void*) {});
-
-#elif defined(__GLIBC__)
+#if defined(__GLIBC__)
 
 extern "C" {
 void* __libc_malloc(std::size_t);

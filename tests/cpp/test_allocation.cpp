@@ -17,10 +17,10 @@ void planted_allocations_are_seen() {
     plant();
     return taken() > before;
   };
-  CHECK(seen([] { sink = std::malloc(24), std::free(sink); }));
-  CHECK(seen([] { sink = std::calloc(3, 8), std::free(sink); }));
-  CHECK(seen([] { sink = std::malloc(8), sink = std::realloc(sink, 4000), std::free(sink); }));
-  CHECK(seen([] { sink = std::aligned_alloc(32, 64), std::free(sink); }));
+  CHECK(seen([] { sink = std::malloc(24); std::free(sink); }));
+  CHECK(seen([] { sink = std::calloc(3, 8); std::free(sink); }));
+  CHECK(seen([] { sink = std::malloc(8); sink = std::realloc(sink, 4000); std::free(sink); }));
+  CHECK(seen([] { sink = std::aligned_alloc(32, 64); std::free(sink); }));
   CHECK(seen([] { sink = new double, delete static_cast<double*>(sink); }));
   CHECK(seen([] { sink = new double[7], delete[] static_cast<double*>(sink); }));
   struct alignas(64) Wide { double x[8]; };
@@ -31,7 +31,7 @@ void planted_allocations_are_seen() {
 
 // And it is seen from inside a tick's loop: 100 ticks, one of them with an allocation beside it.
 void planted_allocation_in_a_loop_is_seen() {
-  Robot robot(paper_chain(), law_settings(stillreach::LEAST_ERROR));
+  Robot robot(paper_chain(), law_settings(stillreach::LawKind::LEAST_ERROR));
   const std::vector<double> q = Random(1).vector(11, 1.0);
   const double twist[6] = {0.5, 0.1, 0.3, 0, 0, 0};
   const long before = taken();
@@ -52,8 +52,8 @@ long life(Robot& robot, int ticks, std::vector<double>& q, double* twist, const 
     const double speed = t % 5 == 4 ? 50.0 : t % 5 == 3 ? 1e-310 : 0.2;
     for (int r = 0; r < 6; ++r) twist[r] = random.between(-speed, speed);
     if (t % 7 == 2) robot.fail(random.below(robot.n));
-    if (t % 7 == 4) robot.fail(random.below(robot.n), stillreach::DERATED, 0.1);
-    if (t % 7 == 5) robot.fail(random.below(robot.n), stillreach::RUNAWAY, 0.05);
+    if (t % 7 == 4) robot.fail(random.below(robot.n), stillreach::Health::DERATED, 0.1);
+    if (t % 7 == 5) robot.fail(random.below(robot.n), stillreach::Health::RUNAWAY, 0.05);
     if (t % 7 == 6) robot.restore(random.below(robot.n));
     if (t == ticks - 3)
       for (int i = 0; i < robot.n; ++i) robot.fail(i);
@@ -75,8 +75,16 @@ void ticks_take_nothing() {
     for (int n : {3, 5, 6, 7, 11, 50, 500})
       for (int variant = 0; variant < 4; ++variant) {
         Options o;
-        if (variant & 1) o.rows = {0, 1, 2}, o.position = 3.0, o.acceleration = 20.0;
-        if (variant & 2) o.null_kind = stillreach::NULL_MANIPULABILITY, o.transition_rate = 2.0, o.joint_matrix = n <= 50;
+        if (variant & 1) {
+          o.rows = {0, 1, 2};
+          o.position = 3.0;
+          o.acceleration = 20.0;
+        }
+        if (variant & 2) {
+          o.null_kind = stillreach::NullMotionKind::MANIPULABILITY;
+          o.transition_rate = 2.0;
+          o.joint_matrix = n <= 50;
+        }
         Robot robot(n == 11 ? paper_chain() : skew_chain(n, n), law.settings, o);
         std::vector<double> q = Random(n).vector(n, 1.0);
         const long count = life(robot, n < 100 ? 60 : 15, q, twist, target);
@@ -96,9 +104,19 @@ void rollouts_take_nothing() {
     double* at = rows.data();
     const auto take = [&](int count) { return std::exchange(at, at + steps * count); };
     stillreach::Record to{};
-    to.q = take(n), to.rates = take(n), to.lower = take(n), to.upper = take(n), to.pose = take(16), to.command = take(6);
-    to.residual = take(6), to.task_error = take(1), to.damping = take(1), to.scale = take(1);
-    to.status = status.data(), to.health = health.data(), to.active = active.data();
+    to.q = take(n);
+    to.rates = take(n);
+    to.lower = take(n);
+    to.upper = take(n);
+    to.pose = take(16);
+    to.command = take(6);
+    to.residual = take(6);
+    to.task_error = take(1);
+    to.damping = take(1);
+    to.scale = take(1);
+    to.status = status.data();
+    to.health = health.data();
+    to.active = active.data();
     const long before = taken();
     for (int stages : {1, 2})
       kernel().rollout(robot.state, q.data(), twists.data(), nullptr, steps, stages, true, robot.scratch.memory(), robot.answer,

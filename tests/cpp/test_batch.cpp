@@ -54,9 +54,11 @@ struct Rows {
     if (!s.jacobians)
       b.arm = kernel().align_axes(n, chain.kinds.data(), chain.placements.data(), chain.axes.data(), links.data());
     Random random(seed);
-    q = random.vector(count * n, 3.0), twist = random.vector(count * (s.jacobians ? m : 6), 0.5);
+    q = random.vector(count * n, 3.0);
+    twist = random.vector(count * (s.jacobians ? m : 6), 0.5);
     const int bounds = s.per_row ? count : 1;
-    lower.assign(bounds * n, -0.4), upper.assign(bounds * n, 0.6);
+    lower.assign(bounds * n, -0.4);
+    upper.assign(bounds * n, 0.6);
     for (int row = 0; row < count; ++row) {
       if (random.below(4) == 0)
         for (int i = 0; i < n; ++i) q[row * n + i] = random.below(2) ? 0.0 : 1e-6;
@@ -74,25 +76,62 @@ struct Rows {
   Rows& operator=(const Rows&) = delete;
 
   void tell(const stillreach::LawSettings& law, const Setting& s, Random& random) {
-    b.law = law, b.m = m, b.tool_axes = s.tool_axes, b.every_row = m == 6 && !s.tool_axes;
+    b.law = law;
+    b.m = m;
+    b.tool_axes = s.tool_axes;
+    b.every_row = m == 6 && !s.tool_axes;
     for (int r = 0; r < m; ++r) b.rows[r] = s.rows[r];
-    if (s.units || s.joint_matrix) units.assign(n, 0.7), b.metric.units = b.metric.columns = units.data();
-    if (s.joint_matrix) weight = coupling_matrix(n), b.metric.joints = weight.data();
-    if (s.jacobians) jacobians = random.vector(count * m * n, 1.0), b.jacobians = jacobians.data();
-    else b.q = q.data();
-    b.twist = twist.data(), b.twist_stride = s.jacobians ? m : 6;
-    b.lower = lower.data(), b.upper = upper.data(), b.bounds_stride = s.per_row ? n : 0;
-    if (s.reference) reference = random.vector(count * n, 0.3), b.reference = reference.data(), b.reference_stride = n;
-    if (s.limits) {
-      last = random.vector(count * n, 0.3), position_lower.assign(n, -2.0), position_upper.assign(n, 2.5), acceleration.assign(n, 3.0);
-      b.last = last.data(), b.position_lower = position_lower.data(), b.position_upper = position_upper.data();
-      b.acceleration = acceleration.data(), b.period = 0.01;
+    if (s.units || s.joint_matrix) {
+      units.assign(n, 0.7);
+      b.metric.units = b.metric.columns = units.data();
     }
-    rates.assign(count * n, 7.0), residual.assign(count * m, 7.0), pose.assign(16 * count, 7.0), jacobian.assign(count * m * n, 7.0);
+    if (s.joint_matrix) {
+      weight = coupling_matrix(n);
+      b.metric.joints = weight.data();
+    }
+    if (s.jacobians) {
+      jacobians = random.vector(count * m * n, 1.0);
+      b.jacobians = jacobians.data();
+    }
+    else b.q = q.data();
+    b.twist = twist.data();
+    b.twist_stride = s.jacobians ? m : 6;
+    b.lower = lower.data();
+    b.upper = upper.data();
+    b.bounds_stride = s.per_row ? n : 0;
+    if (s.reference) {
+      reference = random.vector(count * n, 0.3);
+      b.reference = reference.data();
+      b.reference_stride = n;
+    }
+    if (s.limits) {
+      last = random.vector(count * n, 0.3);
+      position_lower.assign(n, -2.0);
+      position_upper.assign(n, 2.5);
+      acceleration.assign(n, 3.0);
+      b.last = last.data();
+      b.position_lower = position_lower.data();
+      b.position_upper = position_upper.data();
+      b.acceleration = acceleration.data();
+      b.period = 0.01;
+    }
+    rates.assign(count * n, 7.0);
+    residual.assign(count * m, 7.0);
+    pose.assign(16 * count, 7.0);
+    jacobian.assign(count * m * n, 7.0);
     for (std::vector<double>* v : {&damping, &scale, &task_error}) v->assign(count, 7.0);
-    status.assign(count, 7), iterations.assign(count, 7), active.assign(count * n, 7);
-    b.rates = rates.data(), b.status = status.data(), b.residual = residual.data(), b.damping = damping.data(), b.scale = scale.data();
-    b.task_error = task_error.data(), b.active = active.data(), b.iterations = iterations.data(), b.jacobian = jacobian.data();
+    status.assign(count, 7);
+    iterations.assign(count, 7);
+    active.assign(count * n, 7);
+    b.rates = rates.data();
+    b.status = status.data();
+    b.residual = residual.data();
+    b.damping = damping.data();
+    b.scale = scale.data();
+    b.task_error = task_error.data();
+    b.active = active.data();
+    b.iterations = iterations.data();
+    b.jacobian = jacobian.data();
     if (!s.jacobians) b.pose = pose.data();
   }
 
@@ -146,13 +185,21 @@ struct Rows {
 
 std::vector<Setting> settings() {
   std::vector<Setting> all(8);
-  all[1].rows = {0, 1, 2}, all[1].units = true;
-  all[2].rows = {1, 3}, all[2].per_row = false;
-  all[3].tool_axes = true, all[3].limits = true;
-  all[4].joint_matrix = true, all[4].reference = true;
+  all[1].rows = {0, 1, 2};
+  all[1].units = true;
+  all[2].rows = {1, 3};
+  all[2].per_row = false;
+  all[3].tool_axes = true;
+  all[3].limits = true;
+  all[4].joint_matrix = true;
+  all[4].reference = true;
   all[5].jacobians = true;
-  all[6].jacobians = true, all[6].rows = {0, 1, 2}, all[6].per_row = false, all[6].units = true;
-  all[7].limits = true, all[7].units = true;
+  all[6].jacobians = true;
+  all[6].rows = {0, 1, 2};
+  all[6].per_row = false;
+  all[6].units = true;
+  all[7].limits = true;
+  all[7].units = true;
   return all;
 }
 
@@ -206,7 +253,8 @@ void nothing_but_rates_and_status_is_enough() {
     rows.solve(0, 13);
     const std::vector<double> expected = rows.rates;
     rows.b.residual = rows.b.damping = rows.b.scale = rows.b.task_error = rows.b.pose = rows.b.jacobian = nullptr;
-    rows.b.active = nullptr, rows.b.iterations = nullptr;
+    rows.b.active = nullptr;
+    rows.b.iterations = nullptr;
     rows.solve(0, 13);
     CHECK(std::memcmp(expected.data(), rows.rates.data(), sizeof(double) * expected.size()) == 0);
   }
@@ -222,8 +270,14 @@ void kinematics(const Chain& chain, int count, bool joint_matrix) {
   for (int j = 0; j < k; ++j) joints[j] = n - 1 - j;
   stillreach::KinematicsBatch b{};
   b.arm = kernel().align_axes(n, chain.kinds.data(), chain.placements.data(), chain.axes.data(), links.data());
-  b.q = q.data(), b.pose = pose.data(), b.jacobian = jacobian.data();
-  b.singular_values = sigma.data(), b.manipulability = product.data(), b.m = 6, b.joints = joints.data(), b.count = k;
+  b.q = q.data();
+  b.pose = pose.data();
+  b.jacobian = jacobian.data();
+  b.singular_values = sigma.data();
+  b.manipulability = product.data();
+  b.m = 6;
+  b.joints = joints.data();
+  b.count = k;
   for (int r = 0; r < 6; ++r) b.rows[r] = r;
   if (joint_matrix) b.metric = {nullptr, units.data(), units.data(), weight.data()};
   Aligned doubles(kernel().kinematics_doubles(n, k, joint_matrix));

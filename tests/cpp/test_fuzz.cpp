@@ -44,10 +44,10 @@ static void solve_case() {
   expect(finite(rates), "rates are finite", d);
   for (int i = 0; i < n; ++i) {
     expect(lower[i] != upper[i] || rates[i] == lower[i], "a joint with one rate has it", d);
-    const double low = law.kind == PSEUDOINVERSE ? lower[i] - 1e-9 * std::fabs(lower[i]) : lower[i];
-    const double high = law.kind == PSEUDOINVERSE ? upper[i] + 1e-9 * std::fabs(upper[i]) : upper[i];
+    const double low = law.kind == LawKind::PSEUDOINVERSE ? lower[i] - 1e-9 * std::fabs(lower[i]) : lower[i];
+    const double high = law.kind == LawKind::PSEUDOINVERSE ? upper[i] + 1e-9 * std::fabs(upper[i]) : upper[i];
     expect((a.status & OVER_LIMIT) || (rates[i] >= low && rates[i] <= high), "rates are inside the bounds", d);
-    expect(law.kind == PSEUDOINVERSE || !(a.status & OVER_LIMIT), "only the pseudoinverse goes over limits", d);
+    expect(law.kind == LawKind::PSEUDOINVERSE || !(a.status & OVER_LIMIT), "only the pseudoinverse goes over limits", d);
     expect(active[i] >= -1 && active[i] <= 2, "codes of active bounds", d);
   }
   check_scalars(a, d);
@@ -59,23 +59,48 @@ struct AnyController {
   AnyArm arm;
   Weights weights;
   ControllerState s{};
-  Numbers rate_lower, rate_upper, position_lower, position_upper, acceleration, null_vector, fault_value, last, anchor;
+  Numbers rate_lower, rate_upper, position_lower, position_upper, acceleration, null_vector, last, anchor;
+  std::vector<Fault> faults;
   Numbers J, rows, lower, upper, reference, scratch;
-  Codes health, warm, lower_reason, upper_reason;
-  AnyController(int n, int m)
-      : n(n), m(m), arm(n), weights(m, n), rate_lower(n), rate_upper(n), position_lower(n), position_upper(n), acceleration(n), null_vector(numbers(n, false)),
-        fault_value(n), last(n), anchor(n), J(6 * n), rows(m * n), lower(n), upper(n), reference(n), scratch(10 * n), health(n), warm(n), lower_reason(n), upper_reason(n) {
-    s.arm = arm.view, s.law = any_law(), s.metric = weights.view(), s.m = m, s.tool_axes = below(2), s.every_row = m == 6 && !s.tool_axes;
+  Codes warm, lower_reason, upper_reason;
+  AnyController(int joints, int task_rows)
+      : n(joints), m(task_rows), arm(n), weights(m, n), rate_lower(n), rate_upper(n), position_lower(n), position_upper(n), acceleration(n), null_vector(numbers(n, false)),
+        last(n), anchor(n), faults(n), J(6 * n), rows(m * n), lower(n), upper(n), reference(n), scratch(10 * n), warm(n), lower_reason(n), upper_reason(n) {
+    s.arm = arm.view;
+    s.law = any_law();
+    s.metric = weights.view();
+    s.m = m;
+    s.tool_axes = below(2);
+    s.every_row = m == 6 && !s.tool_axes;
     for (int r = 0; r < m; ++r) s.rows[r] = r + 6 - m;
     s.period = below(3) ? 0.01 : decade(-320, 308);
-    s.return_rate = below(3) ? 0.0 : decade(-308, 308), s.transition_rate = below(3) ? 2.0 : decade(-308, 308);
-    s.track_gain = below(4) ? 2.0 : decade(-308, 308), s.track_linear = below(2) ? kInfinity : decade(-308, 10), s.track_angular = below(2) ? kInfinity : below(2);
-    s.null_kind = below(6), s.null_gain = below(3) ? 1.0 : decade(-308, 308), s.null_largest = below(2) ? kInfinity : decade(-308, 308);
+    s.return_rate = below(3) ? 0.0 : decade(-308, 308);
+    s.transition_rate = below(3) ? 2.0 : decade(-308, 308);
+    s.track_gain = below(4) ? 2.0 : decade(-308, 308);
+    s.track_linear = below(2) ? kInfinity : decade(-308, 10);
+    s.track_angular = below(2) ? kInfinity : below(2);
+    s.null_kind = static_cast<NullMotionKind>(below(6));
+    s.null_gain = below(3) ? 1.0 : decade(-308, 308);
+    s.null_largest = below(2) ? kInfinity : decade(-308, 308);
     any_limits();
-    s.rate_lower = rate_lower.data(), s.rate_upper = rate_upper.data(), s.position_lower = position_lower.data(), s.position_upper = position_upper.data();
-    s.acceleration = acceleration.data(), s.null_vector = null_vector.data(), s.health = health.data(), s.fault_value = fault_value.data(), s.last = last.data();
-    s.anchor = anchor.data(), s.active = warm.data(), s.jacobian = J.data(), s.task_jacobian = s.every_row ? J.data() : rows.data(), s.lower = lower.data();
-    s.upper = upper.data(), s.lower_reason = lower_reason.data(), s.upper_reason = upper_reason.data(), s.reference = reference.data(), s.scratch = scratch.data();
+    s.rate_lower = rate_lower.data();
+    s.rate_upper = rate_upper.data();
+    s.position_lower = position_lower.data();
+    s.position_upper = position_upper.data();
+    s.acceleration = acceleration.data();
+    s.null_vector = null_vector.data();
+    s.faults = faults.data();
+    s.last = last.data();
+    s.anchor = anchor.data();
+    s.active = warm.data();
+    s.jacobian = J.data();
+    s.task_jacobian = s.every_row ? J.data() : rows.data();
+    s.lower = lower.data();
+    s.upper = upper.data();
+    s.lower_reason = lower_reason.data();
+    s.upper_reason = upper_reason.data();
+    s.reference = reference.data();
+    s.scratch = scratch.data();
   }
   void any_limits() {
     const double speed = decade(below(3) ? 0 : -320, below(3) ? 0 : 308), room = decade(below(3) ? 0 : -320, below(3) ? 0 : 308);
@@ -83,9 +108,11 @@ struct AnyController {
     const int rates = below(4), positions = below(4), accelerations = below(3);
     s.constant_bounds = 1;
     for (int i = 0; i < n; ++i) {
-      rate_lower[i] = rates ? -between(0, 1) * speed : -kInfinity, rate_upper[i] = rates ? between(0, 1) * speed : kInfinity;
+      rate_lower[i] = rates ? -between(0, 1) * speed : -kInfinity;
+      rate_upper[i] = rates ? between(0, 1) * speed : kInfinity;
       if (below(8) == 0) rate_lower[i] = rate_upper[i] = 0.0;
-      position_lower[i] = positions ? -between(0, 1) * room : -kInfinity, position_upper[i] = positions ? between(0, 1) * room : kInfinity;
+      position_lower[i] = positions ? -between(0, 1) * room : -kInfinity;
+      position_upper[i] = positions ? between(0, 1) * room : kInfinity;
       if (positions == 2) position_lower[i] = position_upper[i];
       acceleration[i] = accelerations ? between(0, 1) * quickness : kInfinity;
       if (below(12) == 0) acceleration[i] = 0.0;
@@ -104,14 +131,23 @@ static void check_tick(const AnyController& c, const Numbers& q, const Numbers& 
   expect(right_input || (a.status & INVALID_INPUT), "input that is not finite is told", d);
   for (int i = 0; i < c.n; ++i) {
     const double rate = rates[i], period = c.s.period;
-    if (c.health[i] == LOCKED) expect(rate == 0.0, "a locked joint stands still", d);
-    if (c.health[i] == RUNAWAY) expect(rate == c.fault_value[i], "a runaway joint has its rate", d);
-    if (c.health[i] == LOCKED || c.health[i] == RUNAWAY || c.s.law.kind == PSEUDOINVERSE) continue;
-    const double left = c.health[i] == DERATED ? c.fault_value[i] : 1.0;
+    const Fault& fault = c.faults[i];
+    if (fault.health == Health::LOCKED) expect(rate == 0.0, "a locked joint stands still", d);
+    if (fault.health == Health::RUNAWAY) expect(rate == fault.number[0], "a runaway joint has its rate", d);
+    if (fault.health == Health::LOCKED || fault.health == Health::RUNAWAY || c.s.law.kind == LawKind::PSEUDOINVERSE) continue;
+    const double left = fault.health == Health::DERATED ? fault.number[0] : 1.0;
+    if (fault.health == Health::ONE_WAY) expect(rate * fault.number[0] >= 0.0, "a one-way joint keeps its direction", d);
+    if (fault.health == Health::CONFINED && std::isfinite(q[i])) {
+      const double slack = 1e-9 * (std::fabs(q[i]) + std::fabs(period * rate)) + 1e-300, next = q[i] + period * rate;
+      expect(!(q[i] >= fault.number[1]) || rate <= 0.0, "a confined joint moves no further out", d);
+      expect(!(q[i] <= fault.number[0]) || rate >= 0.0, "a confined joint moves no further out", d);
+      expect(!(q[i] < fault.number[1] && std::isfinite(next)) || next <= fault.number[1] + slack, "a confined joint stays inside", d);
+      expect(!(q[i] > fault.number[0] && std::isfinite(next)) || next >= fault.number[0] - slack, "a confined joint stays inside", d);
+    }
     expect(left == 0.0 ? rate == 0.0 : rate >= c.rate_lower[i] * left && rate <= c.rate_upper[i] * left, "the rate limit is kept", d);
     expect(rate >= c.lower[i] && rate <= c.upper[i], "rates are inside the bounds", d);
     const double step = c.acceleration[i] * period;
-    if (std::isfinite(step) && !(a.status & LIMIT_GIVEN_UP))
+    if (left != 0.0 && std::isfinite(step) && !(a.status & LIMIT_GIVEN_UP))
       expect(std::fabs(rate - before[i]) <= step * (1 + 2e-9) + 4e-16 * std::fabs(before[i]) + 1e-323, "the acceleration limit is kept, or given up", d);
     if (!(q[i] >= c.position_lower[i] && q[i] <= c.position_upper[i])) continue;
     const double next = q[i] + period * rate, slack = 1e-9 * (std::fabs(q[i]) + std::fabs(period * rate)) + 1e-300;
@@ -131,6 +167,23 @@ static void any_target(const ControllerState& s, double* target) {
   if (below(12) == 0) target[below(12)] = number(any_style(true));
 }
 
+static Fault any_fault() {
+  const auto health = static_cast<Health>(below(6));
+  switch (health) {
+    case Health::HEALTHY:
+    case Health::LOCKED:
+      return {health, {}};
+    case Health::DERATED: return {health, {between(0, 1) * below(4) / 3, 0.0}};
+    case Health::RUNAWAY: return {health, {number(any_style(false)), 0.0}};
+    case Health::CONFINED: {
+      const double a = number(any_style(false)), b = number(any_style(false));
+      return {health, {std::fmin(a, b), std::fmax(a, b)}};
+    }
+    case Health::ONE_WAY: return {health, {below(2) ? 1.0 : -1.0, 0.0}};
+  }
+  return {};
+}
+
 static void tick_case() {
   AnyController c(1 + below(below(10) ? 11 : 40), below(2) ? 6 : 1 + below(6));
   const int n = c.n;
@@ -140,8 +193,7 @@ static void tick_case() {
   Answer a{rates.data(), residual.data(), active.data(), 0, 0, 0, 1, 0};
   for (int t = 0; t < 12; ++t) {
     if (below(3) == 0) {
-      const int health = below(4);
-      kernel().set_health(c.s, below(n), health, health == DERATED ? between(0, 1) * below(4) / 3 : health == RUNAWAY ? number(any_style(false)) : 0.0);
+      kernel().set_fault(c.s, below(n), any_fault());
     }
     if (below(8) == 0) {
       const int i = below(n);
@@ -168,32 +220,51 @@ struct AnyBatch {
   Batch b{};
   Numbers q, J, twist, lower, upper, reference, last, position_lower, position_upper, acceleration;
   AnyBatch() : n(1 + below(below(10) ? 12 : 50)), count(1 + below(20)), m(below(3) ? (below(2) ? 6 : 3) : 1 + below(6)), arm(n), weights(m, n) {
-    b.m = m, b.law = any_law(), b.metric = weights.view(), b.arm = arm.view, b.tool_axes = with_arm && below(4) == 0, b.every_row = with_arm && m == 6 && !b.tool_axes;
+    b.m = m;
+    b.law = any_law();
+    b.metric = weights.view();
+    b.arm = arm.view;
+    b.tool_axes = with_arm && below(4) == 0;
+    b.every_row = with_arm && m == 6 && !b.tool_axes;
     for (int r = 0, first = below(7 - m); r < m; ++r) b.rows[r] = first + r;
-    q = below(2) ? rng.vector(count * n, 3.0) : numbers(count * n, true), J = numbers(count * m * n, true);
+    q = below(2) ? rng.vector(count * n, 3.0) : numbers(count * n, true);
+    J = numbers(count * m * n, true);
     (with_arm ? b.q : b.jacobians) = with_arm ? q.data() : J.data();
     const int length = with_arm ? 6 : m;
-    twist = numbers((own_twists ? count : 1) * length, own_twists), b.twist = twist.data(), b.twist_stride = own_twists ? length : 0;
-    lower.resize((own_bounds ? count : 1) * n), upper.resize(lower.size());
+    twist = numbers((own_twists ? count : 1) * length, own_twists);
+    b.twist = twist.data();
+    b.twist_stride = own_twists ? length : 0;
+    lower.resize((own_bounds ? count : 1) * n);
+    upper.resize(lower.size());
     for (std::size_t k = 0; k < lower.size(); k += n) any_bounds(n, !own_bounds || below(3), &lower[k], &upper[k]);
-    b.lower = lower.data(), b.upper = upper.data(), b.bounds_stride = own_bounds ? n : 0;
-    if (below(4) == 0) reference = numbers(count * n, true), b.reference = reference.data(), b.reference_stride = n;
+    b.lower = lower.data();
+    b.upper = upper.data();
+    b.bounds_stride = own_bounds ? n : 0;
+    if (below(4) == 0) {
+      reference = numbers(count * n, true);
+      b.reference = reference.data();
+      b.reference_stride = n;
+    }
     if (with_arm && below(2)) any_limits();
   }
   void any_limits() {
     last = numbers(count * n, true);
     for (int i = 0; i < n; ++i) {
-      position_lower.push_back(below(2) ? -kInfinity : -between(0, 2)), position_upper.push_back(below(2) ? kInfinity : between(0, 2));
+      position_lower.push_back(below(2) ? -kInfinity : -between(0, 2));
+      position_upper.push_back(below(2) ? kInfinity : between(0, 2));
       acceleration.push_back(below(2) ? kInfinity : below(4) ? between(0, 5) : 0.0);
     }
-    b.last = last.data(), b.position_lower = position_lower.data(), b.position_upper = position_upper.data(), b.acceleration = acceleration.data();
+    b.last = last.data();
+    b.position_lower = position_lower.data();
+    b.position_upper = position_upper.data();
+    b.acceleration = acceleration.data();
     b.period = below(3) ? 0.01 : decade(-300, 300);
   }
   void check_row(int k, const double* rates, std::int32_t status) const {
     const double *low = &lower[k * b.bounds_stride], *high = &upper[k * b.bounds_stride];
     const auto d = [&] { return "batch: " + shown(b.law) + shown("rates", rates, n) + shown("lower", low, n) + shown("upper", high, n); };
     expect(finite(rates, n), "rates are finite", d);
-    if ((status & INVALID_INPUT) || b.law.kind == PSEUDOINVERSE) return;
+    if ((status & INVALID_INPUT) || b.law.kind == LawKind::PSEUDOINVERSE) return;
     for (int i = 0; i < n; ++i) expect(rates[i] >= low[i] && rates[i] <= high[i], "rates are inside the bounds", d);
   }
 };
@@ -219,14 +290,22 @@ static void batch_case() {
   Numbers rates(count * n, kNan), alone(count * n, kNan), residual(count * any.m), error(count), pose(16 * count), jacobian(count * any.m * n);
   std::vector<std::int32_t> status(count, -5), status_alone(count, -5), iterations(count);
   Codes active(count * n);
-  b.rates = rates.data(), b.status = status.data();
-  if (below(2)) b.residual = residual.data(), b.task_error = error.data(), b.active = active.data(), b.iterations = iterations.data(), b.jacobian = jacobian.data();
+  b.rates = rates.data();
+  b.status = status.data();
+  if (below(2)) {
+    b.residual = residual.data();
+    b.task_error = error.data();
+    b.active = active.data();
+    b.iterations = iterations.data();
+    b.jacobian = jacobian.data();
+  }
   if (any.with_arm && below(2)) b.pose = pose.data();
   RowsMemory memory(n, !any.weights.joints.empty());
   const int cut = below(2) ? count : below(count);
   kernel().batch(b, 0, cut, memory.view());
   if (cut < count) kernel().batch(b, cut, count, memory.view());
-  b.rates = alone.data(), b.status = status_alone.data();
+  b.rates = alone.data();
+  b.status = status_alone.data();
   for (int k = 0; k < count; ++k) {
     kernel().batch(b, k, k + 1, memory.view());
     any.check_row(k, &rates[k * n], status[k]);
@@ -242,11 +321,16 @@ static void rollout_case() {
   if (!any.with_arm) return;
   const int n = any.n, count = any.count, steps = 1 + below(4);
   BatchRollout r{};
-  r.batch = any.b, r.start = any.q.data(), r.twist = any.twist.data(), r.twist_row = any.own_twists ? 6 : 0, r.last = any.last.empty() ? nullptr : any.last.data();
+  r.batch = any.b;
+  r.start = any.q.data();
+  r.twist = any.twist.data();
+  r.twist_row = any.own_twists ? 6 : 0;
+  r.last = any.last.empty() ? nullptr : any.last.data();
   r.steps = steps, r.every = 1, r.period = any.b.acceleration ? any.b.period : 0.01, r.runge_kutta = below(2), r.stop = [](void*) { return false; };
   Numbers rates(count * steps * n, kNan), doubles(kernel().rollout_doubles(n), kNan);
   std::vector<std::int32_t> status(count * steps, -5);
-  r.rates = rates.data(), r.status = status.data();
+  r.rates = rates.data();
+  r.status = status.data();
   RowsMemory memory(n, !any.weights.joints.empty());
   kernel().rollout_rows(r, 0, count, memory.view(), doubles.data());
   for (int k = 0; k < count; ++k)
@@ -255,11 +339,18 @@ static void rollout_case() {
 
 int main(int argc, char** argv) {
   const char* full = std::getenv("STILLREACH_FULL");
-  const double seconds = full && *full ? 60.0 : argc > 1 ? std::atof(argv[1]) : 1.0;
+  const double seconds = full && *full ? 60.0 : argc > 1 ? std::atof(argv[1]) : 5.0;
   if (argc > 2) rng = Random(std::strtoull(argv[2], nullptr, 10));
   const std::clock_t end = std::clock() + static_cast<std::clock_t>(seconds * CLOCKS_PER_SEC);
   long cases = 0;
-  while (std::clock() < end && failures() < 20) solve_case(), solve_case(), tick_case(), batch_case(), rollout_case(), cases += 5;
+  while (std::clock() < end && failures() < 20) {
+    solve_case();
+    solve_case();
+    tick_case();
+    batch_case();
+    rollout_case();
+    cases += 5;
+  }
   std::fprintf(stderr, "%s, %ld cases\n", kernel().instruction_set, cases);
   return finish("test_fuzz");
 }

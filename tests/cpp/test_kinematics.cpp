@@ -36,7 +36,7 @@ void planar_arm_by_hand() {
 void slide_on_a_turn_by_hand() {  // turn about y, then slide along the turned x
   Chain c;
   c.joint(0, 0, 0.5, 0, 1, 0);
-  c.joint(0, 0, 0, 1, 0, 0, stillreach::PRISMATIC);
+  c.joint(0, 0, 0, 1, 0, 0, stillreach::JointKind::PRISMATIC);
   c.shift(1, 0, 0);
   Kinematics k(c);
   const double a = 0.4, d = 0.25, reach = 1.0 + d;
@@ -66,7 +66,8 @@ void coupled_joints_by_hand() {
   const double factor[2] = {1.0, -1.0}, offset[2] = {0.0, 0.5};
   const stillreach::Coupling coupling{2, leader, factor, offset};
   stillreach::ArmView arm = k.arm;
-  arm.n = 1, arm.coupling = &coupling;
+  arm.n = 1;
+  arm.coupling = &coupling;
   const double q = 0.3;
   kernel().kinematics(arm, &q, k.scratch.data(), k.pose, k.jacobian.data());
   CHECK_NEAR(k.pose[0], std::cos(0.5), 1e-15);
@@ -87,8 +88,10 @@ void jacobian_is_the_derivative(const Chain& chain, std::uint64_t seed) {
   at.at(q);
   for (int i = 0; i < n; ++i) {
     std::vector<double> high = q, low = q;
-    high[i] += h, low[i] -= h;
-    up.at(high, false), down.at(low, false);
+    high[i] += h;
+    low[i] -= h;
+    up.at(high, false);
+    down.at(low, false);
     double rotation[3][3] = {};  // dR/dq R'
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 3; ++c)
@@ -143,10 +146,13 @@ void poses_and_jacobians_are_products() {
       expected = expected * way;
       if (i == n) break;
       double a[3] = {0, 0, random.below(2) ? 1.0 : -1.0};
-      if (random.below(3) == 0) a[random.below(2)] = a[2], a[2] = 0.0;
+      if (random.below(3) == 0) {
+        a[random.below(2)] = a[2];
+        a[2] = 0.0;
+      }
       const bool turns = random.below(4) != 0;
       chain.axes.insert(chain.axes.end(), a, a + 3);
-      chain.kinds.push_back(turns ? stillreach::REVOLUTE : stillreach::PRISMATIC);
+      chain.kinds.push_back(turns ? stillreach::JointKind::REVOLUTE : stillreach::JointKind::PRISMATIC);
       const Pose& e = expected;
       axis.push_back({});
       for (int r = 0; r < 3; ++r) axis[i][r] = e[4 * r] * a[0] + e[4 * r + 1] * a[1] + e[4 * r + 2] * a[2];
@@ -160,7 +166,7 @@ void poses_and_jacobians_are_products() {
     for (int i = 0; i < n; ++i)
       for (int r = 0; r < 3; ++r) {
         const int s = (r + 1) % 3, t = (r + 2) % 3;
-        const bool turns = chain.kinds[i] == stillreach::REVOLUTE;
+        const bool turns = chain.kinds[i] == stillreach::JointKind::REVOLUTE;
         const double across = axis[i][s] * (expected[4 * t + 3] - at[i][t]) - axis[i][t] * (expected[4 * s + 3] - at[i][s]);
         CHECK_NEAR(k.jacobian[6 * i + r], turns ? across : axis[i][r], 10 * tolerance);
         CHECK_NEAR(k.jacobian[6 * i + 3 + r], turns ? axis[i][r] : 0.0, tolerance);
@@ -194,7 +200,8 @@ void writes_no_further_than_it_says() {
   for (int n = 1; n <= 13; ++n) {
     const Chain chain = snake_chain(n);
     Kinematics k(chain);
-    k.jacobian.assign(6 * n + 10, 1234.5), k.scratch.assign(10 * n + 8, 1234.5);
+    k.jacobian.assign(6 * n + 10, 1234.5);
+    k.scratch.assign(10 * n + 8, 1234.5);
     k.at(Random(n).vector(n, 2.0));
     for (int i = 6 * n; i < 6 * n + 10; ++i) CHECK(k.jacobian[i] == 1234.5);
     for (int i = 10 * n; i < 10 * n + 8; ++i) CHECK(k.scratch[i] == 1234.5);
@@ -205,7 +212,8 @@ void with_and_without_jacobian_agree() {
   const Chain chain = skew_chain(9, 4);
   Kinematics with(chain), without(chain);
   const std::vector<double> q = Random(5).vector(9, 2.0);
-  with.at(q), without.at(q, false);
+  with.at(q);
+  without.at(q, false);
   for (int i = 0; i < 12; ++i) CHECK(with.pose[i] == without.pose[i]);
 }
 

@@ -45,11 +45,15 @@ long differences(const Chain& chain, const NamedLaw& law, const Options& o, int 
   double target[12] = {1, 0, 0, 0, 0, -1, 0, 1, 0, 0.4, -0.3, 0.5};
   long count = 0;
   for (int t = 0; t < ticks; ++t) {
-    if (t % 40 == 0) q = random.vector(vector.n, t % 80 ? 2.0 : 1e-9), twist = random.vector(6, t % 120 ? 1.0 : 0.05);
+    if (t % 40 == 0) {
+      q = random.vector(vector.n, t % 80 ? 2.0 : 1e-9);
+      twist = random.vector(6, t % 120 ? 1.0 : 0.05);
+    }
     if (t % 50 == 25) {
-      const int joint = random.below(vector.n), health = random.below(4);
-      kernel().set_health(vector.state, joint, health, 0.1);
-      plain().set_health(scalar.state, joint, health, 0.1);
+      const int joint = random.below(vector.n);
+      const stillreach::Fault fault{static_cast<stillreach::Health>(random.below(6)), {0.1, 0.2}};
+      kernel().set_fault(vector.state, joint, fault);
+      plain().set_fault(scalar.state, joint, fault);
     }
     const double* aim = t >= ticks / 2 ? target : nullptr;
     kernel().tick(vector.state, q.data(), twist.data(), aim, vector.scratch.memory(), vector.answer);
@@ -70,11 +74,18 @@ void check_ticks(const char* arm, const Chain& chain, const Options& o) {
 
 void test_ticks_of_every_law_and_kind_of_task() {
   Options narrow, limits, weighted;
-  narrow.rate = 0.3, narrow.transition_rate = 2.0;
+  narrow.rate = 0.3;
+  narrow.transition_rate = 2.0;
   check_ticks("paper", paper_chain(), narrow);
-  limits.rows = {0, 1, 2}, limits.position = 1.5, limits.acceleration = 20.0, limits.null_kind = stillreach::NULL_MANIPULABILITY;
+  limits.rows = {0, 1, 2};
+  limits.position = 1.5;
+  limits.acceleration = 20.0;
+  limits.null_kind = stillreach::NullMotionKind::MANIPULABILITY;
   check_ticks("skew, position", skew_chain(9, 3), limits);
-  weighted.joint_matrix = true, weighted.rate = 0.5, weighted.rows = {0, 2, 4, 5}, weighted.tool_axes = true;
+  weighted.joint_matrix = true;
+  weighted.rate = 0.5;
+  weighted.rows = {0, 2, 4, 5};
+  weighted.tool_axes = true;
   check_ticks("snake, full joint weight", snake_chain(14), weighted);
   check_ticks("short", skew_chain(3, 5), {});
 }
@@ -95,7 +106,9 @@ void test_laws_on_jacobians_of_any_rank() {
       stillreach::Answer answer[2] = {};
       for (int k = 0; k < 2; ++k) {
         rates[k].resize(n), residual[k].resize(m), active[k].resize(n);
-        answer[k].rates = rates[k].data(), answer[k].residual = residual[k].data(), answer[k].active = active[k].data();
+        answer[k].rates = rates[k].data();
+        answer[k].residual = residual[k].data();
+        answer[k].active = active[k].data();
         Scratch scratch(n, false);
         (k ? plain() : kernel()).solve(law.settings, p, scratch.memory(), answer[k]);
       }
@@ -129,7 +142,10 @@ struct Rates {
 Rates solve_batch(const stillreach::Kernel& k, stillreach::Batch b, int count) {
   const int n = b.arm.n;
   Rates to{std::vector<double>(count * n), std::vector<double>(count * b.m), std::vector<double>(count), std::vector<std::int32_t>(count)};
-  b.rates = to.rates.data(), b.residual = to.residual.data(), b.damping = to.damping.data(), b.status = to.status.data();
+  b.rates = to.rates.data();
+  b.residual = to.residual.data();
+  b.damping = to.damping.data();
+  b.status = to.status.data();
   std::vector<double> doubles(k.batch_doubles(n, false) + 8);
   std::vector<int> ints(k.batch_ints(n));
   std::vector<std::int8_t> bytes(k.batch_bytes(n));
@@ -146,13 +162,21 @@ void test_batches_of_every_law() {
   std::vector<double> q = random.vector(count * robot.n, 2.0), twist = random.vector(count * 6, 0.6), lower(robot.n, -0.5), upper(robot.n, 0.6);
   for (int i = 0; i < count * robot.n; ++i)
     if (i / robot.n % 9 == 0) q[i] = i % 2 ? 0.0 : 1e-7;
-  lower[2] = upper[2] = 0.0, lower[7] = upper[7] = 0.1;
+  lower[2] = upper[2] = 0.0;
+  lower[7] = upper[7] = 0.1;
   for (const NamedLaw& law : every_law())
     for (int m : {3, 6}) {
       stillreach::Batch b{};
-      b.arm = robot.state.arm, b.law = law.settings, b.m = m, b.every_row = m == 6;
+      b.arm = robot.state.arm;
+      b.law = law.settings;
+      b.m = m;
+      b.every_row = m == 6;
       for (int r = 0; r < m; ++r) b.rows[r] = r;
-      b.q = q.data(), b.twist = twist.data(), b.twist_stride = 6, b.lower = lower.data(), b.upper = upper.data();
+      b.q = q.data();
+      b.twist = twist.data();
+      b.twist_stride = 6;
+      b.lower = lower.data();
+      b.upper = upper.data();
       const Rates vector = solve_batch(kernel(), b, count), scalar = solve_batch(plain(), b, count);
       CHECK(same(vector.rates, scalar.rates) && same(vector.residual, scalar.residual));
       CHECK(same(vector.damping, scalar.damping) && same(vector.status, scalar.status));

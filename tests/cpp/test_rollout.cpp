@@ -33,8 +33,10 @@ std::vector<double> constant_twists(long rows, const double* twist) {
 // How far the tool of a planar 2R arm is from where a straight, steady motion ends, after 1 s in `steps` steps.
 double end_error(long steps, int stages) {
   Options o;
-  o.rows = {0, 1}, o.rate = 100.0, o.period = 1.0 / static_cast<double>(steps);
-  Robot robot(planar_chain(2), law_settings(stillreach::PSEUDOINVERSE), o);
+  o.rows = {0, 1};
+  o.rate = 100.0;
+  o.period = 1.0 / static_cast<double>(steps);
+  Robot robot(planar_chain(2), law_settings(stillreach::LawKind::PSEUDOINVERSE), o);
   std::vector<double> q = {0.3, 1.2};
   const double twist[6] = {-0.6, 0.1, 0, 0, 0, 0}, x = std::cos(0.3) + std::cos(1.5), y = std::sin(0.3) + std::sin(1.5);
   Rollout r(2, steps);
@@ -54,21 +56,27 @@ void chunk_is_its_ticks() {
   const double twist[6] = {0.3, -0.2, 0.3, 0.1, -0.1, 0.2};
   for (const NamedLaw& law : every_law()) {
     Options o;
-    o.period = 0.01, o.position = 2.5, o.transition_rate = 2.0;
+    o.period = 0.01;
+    o.position = 2.5;
+    o.transition_rate = 2.0;
     Robot whole(paper_chain(), law.settings, o), halves(paper_chain(), law.settings, o), ticks(paper_chain(), law.settings, o);
     const std::vector<double> start = Random(1).vector(11, 1.0);
     std::vector<double> a = start, b = start, c = start;
-    for (Robot* robot : {&whole, &halves, &ticks}) robot->fail(3), robot->fail(6, stillreach::DERATED, 0.2);
+    for (Robot* robot : {&whole, &halves, &ticks}) {
+      robot->fail(3);
+      robot->fail(6, stillreach::Health::DERATED, 0.2);
+    }
     Rollout one(11, 40), first(11, 20), second(11, 20);
     one.run(whole, a, constant_twists(40, twist), 1);
-    first.run(halves, b, constant_twists(20, twist), 1), second.run(halves, b, constant_twists(20, twist), 1);
+    first.run(halves, b, constant_twists(20, twist), 1);
+    second.run(halves, b, constant_twists(20, twist), 1);
     for (long t = 0; t < 40; ++t) {
       const std::int32_t status = ticks.tick(c.data(), twist);
       CHECK(one.status[t] == status && (t < 20 ? first.status[t] : second.status[t - 20]) == status);
       CHECK(one.task_error[t] == ticks.answer.task_error && one.damping[t] == ticks.answer.damping);
       for (int i = 0; i < 11; ++i) {
         CHECK(one.rates[11 * t + i] == ticks.rates[i]);
-        CHECK(one.lower[11 * t + i] == ticks.lower[i] && one.health[11 * t + i] == ticks.health[i]);
+        CHECK(one.lower[11 * t + i] == ticks.lower[i] && one.health[11 * t + i] == static_cast<std::int8_t>(ticks.faults[i].health));
         c[i] = t < 39 ? one.q[11 * (t + 1) + i] : a[i];  // with or without a fused multiply-add:
         CHECK_NEAR(c[i], one.q[11 * t + i] + o.period * ticks.rates[i], 1e-15);
       }
@@ -80,7 +88,7 @@ void chunk_is_its_ticks() {
 void records_without_moving() {
   const double twist[6] = {0.1, 0, 0.1, 0, 0, 0};
   for (int stages : {1, 2}) {
-    Robot robot(paper_chain(), law_settings(stillreach::LEAST_ERROR));
+    Robot robot(paper_chain(), law_settings(stillreach::LawKind::LEAST_ERROR));
     std::vector<double> q = Random(2).vector(11, 1.0);
     const std::vector<double> before = q;
     Rollout r(11, 3);
@@ -97,7 +105,8 @@ void promises_hold() {
     for (int stages : {1, 2})
       for (int n : {3, 11, 60}) {
         Options o;
-        o.period = 0.02, o.null_kind = stillreach::NULL_MANIPULABILITY;
+        o.period = 0.02;
+        o.null_kind = stillreach::NullMotionKind::MANIPULABILITY;
         Robot robot(skew_chain(n, 5), law.settings, o);
         std::vector<double> q = Random(6).vector(n, 1.0), before = q;
         const double twist[6] = {1.0, -2.0, 1.5, 0.5, 0, 1};

@@ -8,7 +8,8 @@ const double kStill[6] = {0, 0, 0, 0, 0, 0};
 
 Options position_task(double rate = 100.0) {
   Options o;
-  o.rows = {0, 1}, o.rate = rate;
+  o.rows = {0, 1};
+  o.rate = rate;
   return o;
 }
 
@@ -20,7 +21,10 @@ std::vector<double> planar_jacobian(const std::vector<double>& q) {
     double angle = 0.0;
     for (int j = 0; j < n; ++j) {
       angle += q[j];
-      if (j >= i) J[2 * i] -= std::sin(angle), J[2 * i + 1] += std::cos(angle);
+      if (j >= i) {
+        J[2 * i] -= std::sin(angle);
+        J[2 * i + 1] += std::cos(angle);
+      }
     }
   }
   return J;
@@ -31,7 +35,11 @@ std::vector<double> planar_rates(const std::vector<double>& J, const double* v, 
   const int n = static_cast<int>(works.size());
   double a = 0.0, b = 0.0, c = 0.0;
   for (int i = 0; i < n; ++i)
-    if (works[i]) a += J[2 * i] * J[2 * i], b += J[2 * i] * J[2 * i + 1], c += J[2 * i + 1] * J[2 * i + 1];
+    if (works[i]) {
+      a += J[2 * i] * J[2 * i];
+      b += J[2 * i] * J[2 * i + 1];
+      c += J[2 * i + 1] * J[2 * i + 1];
+    }
   const double det = a * c - b * b, x = (c * v[0] - b * v[1]) / det, y = (a * v[1] - b * v[0]) / det;
   std::vector<double> rates(n, 0.0);
   for (int i = 0; i < n; ++i)
@@ -40,7 +48,7 @@ std::vector<double> planar_rates(const std::vector<double>& J, const double* v, 
 }
 
 bool reaches_the_task(const NamedLaw& law) {  // exactly, where the bounds allow it
-  return !(law.settings.kind == stillreach::SINGULARITY_ROBUST && law.settings.damping == stillreach::DAMPING_NUMBER);
+  return !(law.settings.kind == stillreach::LawKind::SINGULARITY_ROBUST && law.settings.damping == stillreach::DampingKind::NUMBER);
 }
 
 void planar_arms_by_hand() {
@@ -53,7 +61,10 @@ void planar_arms_by_hand() {
         const std::vector<double> q(pose.begin(), pose.begin() + n);
         std::vector<bool> works(n, true);
         Robot robot(planar_chain(n), law.settings, position_task());
-        if (failed >= 0) robot.fail(failed), works[failed] = false;
+        if (failed >= 0) {
+          robot.fail(failed);
+          works[failed] = false;
+        }
         robot.tick(q.data(), twist);
         const std::vector<double> expected = planar_rates(planar_jacobian(q), twist, works);
         for (int i = 0; i < n; ++i) CHECK_NEAR(robot.rates[i], expected[i], 1e-13);
@@ -113,19 +124,22 @@ void not_a_number() {
         std::vector<double> broken = q;
         double command[6] = {0.1, 0.05, 0.2, 0.1, 0, 0}, target[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1};
         (where == 0 ? broken[3] : where == 1 ? command[4] : target[7]) = bad;
-        robot.fail(5, stillreach::RUNAWAY, 0.02), healthy.fail(5, stillreach::RUNAWAY, 0.02);
+        robot.fail(5, stillreach::Health::RUNAWAY, 0.02);
+        healthy.fail(5, stillreach::Health::RUNAWAY, 0.02);
         const std::int32_t status = robot.tick(broken.data(), command, where == 2 ? target : nullptr);
         CHECK(status == stillreach::INVALID_INPUT);
         for (int i = 0; i < 11; ++i) CHECK(robot.rates[i] == (i == 5 ? 0.02 : 0.0));
-        robot.tick(q.data(), twist), healthy.tick(q.data(), twist);
+        robot.tick(q.data(), twist);
+        healthy.tick(q.data(), twist);
         for (int i = 0; i < 11; ++i) CHECK(robot.rates[i] == healthy.rates[i]);
       }
 }
 
 void brakes_within_the_acceleration_limit() {
   Options o;
-  o.acceleration = 2.0, o.period = 0.01;
-  Robot robot(paper_chain(), law_settings(stillreach::LEAST_ERROR), o);
+  o.acceleration = 2.0;
+  o.period = 0.01;
+  Robot robot(paper_chain(), law_settings(stillreach::LawKind::LEAST_ERROR), o);
   for (int i = 0; i < 11; ++i) robot.last[i] = i % 2 ? 0.5 : -0.01;
   const std::vector<double> q(11, std::nan(""));
   robot.tick(q.data(), kStill);
@@ -137,20 +151,20 @@ void faults_become_bounds() {
   const std::vector<double> q = {0.4, 0.9, -0.6, 1.1};
   for (const NamedLaw& law : every_law()) {
     Robot robot(planar_chain(4), law.settings, position_task(2.0));
-    robot.fail(0, stillreach::DERATED, 0.05);
-    robot.fail(2, stillreach::RUNAWAY, -0.3);
+    robot.fail(0, stillreach::Health::DERATED, 0.05);
+    robot.fail(2, stillreach::Health::RUNAWAY, -0.3);
     robot.tick(q.data(), twist);
     CHECK(robot.lower[0] == -0.1 && robot.upper[0] == 0.1);
     CHECK(robot.rates[2] == -0.3);
-    CHECK(robot.lower_reason[0] == stillreach::FAULT && robot.lower_reason[1] == stillreach::RATE);
+    CHECK(robot.lower_reason[0] == code(stillreach::Reason::FAULT) && robot.lower_reason[1] == code(stillreach::Reason::RATE));
     if (law.inside) CHECK(robot.inside());
   }
 }
 
 void runaway_is_compensated_or_said() {
   const std::vector<double> q = {0.4, 0.9, -0.6, 1.1};
-  Robot robot(planar_chain(4), law_settings(stillreach::LEAST_ERROR), position_task(2.0));
-  robot.fail(0, stillreach::RUNAWAY, 0.2);
+  Robot robot(planar_chain(4), law_settings(stillreach::LawKind::LEAST_ERROR), position_task(2.0));
+  robot.fail(0, stillreach::Health::RUNAWAY, 0.2);
   robot.tick(q.data(), kStill);
   CHECK_NEAR(robot.answer.task_error, 0.0, 1e-14);
   CHECK(!(robot.answer.status & stillreach::FAULT_NOT_COMPENSATED));
@@ -166,7 +180,9 @@ void position_limits_are_not_passed() {
   for (const NamedLaw& law : every_law()) {
     if (!law.inside) continue;
     Options o = position_task(2.0);
-    o.position = 0.3, o.acceleration = 5.0, o.period = 0.01;
+    o.position = 0.3;
+    o.acceleration = 5.0;
+    o.period = 0.01;
     Robot robot(planar_chain(4), law.settings, o);
     std::vector<double> q(4, 0.0);
     for (int t = 0; t < 300; ++t) {
@@ -191,7 +207,8 @@ void every_choice_of_rows() {
     for (int tool = 0; tool < 2; ++tool)
       for (int mask = 1; mask < 64; ++mask) {
         Options o;
-        o.rows.clear(), o.tool_axes = tool != 0;
+        o.rows.clear();
+        o.tool_axes = tool != 0;
         for (int r = 0; r < 6; ++r)
           if (mask >> r & 1) o.rows.push_back(r);
         Robot robot(paper_chain(), law.settings, o);
@@ -216,12 +233,15 @@ void full_joint_weights_and_null_motions() {
       for (int null_kind = 0; null_kind <= 5; ++null_kind)
         for (int m : {1, 3, 5, 6}) {
           Options o;
-          o.joint_matrix = (n + m) % 2 != 0, o.null_kind = null_kind, o.position = 3.0, o.transition_rate = 2.0;
+          o.joint_matrix = (n + m) % 2 != 0;
+          o.null_kind = static_cast<stillreach::NullMotionKind>(null_kind);
+          o.position = 3.0;
+          o.transition_rate = 2.0;
           o.rows.resize(m);
           Robot robot(skew_chain(n, 9 + n), law.settings, o);
           for (int t = 0; t < 4; ++t) {
             if (t == 1) robot.fail(random.below(n));
-            if (t == 2) robot.fail(random.below(n), stillreach::DERATED, 0.1);
+            if (t == 2) robot.fail(random.below(n), stillreach::Health::DERATED, 0.1);
             const std::vector<double> q = random.vector(n, 2.0), twist = random.vector(6, 2.0);
             robot.tick(q.data(), twist.data());
             CHECK(robot.finite());
@@ -233,7 +253,7 @@ void full_joint_weights_and_null_motions() {
 
 void long_arm() {
   for (const NamedLaw& law : every_law())
-    for (int null_kind : {stillreach::NULL_NONE, stillreach::NULL_MANIPULABILITY}) {
+    for (const stillreach::NullMotionKind null_kind : {stillreach::NullMotionKind::NONE, stillreach::NullMotionKind::MANIPULABILITY}) {
       Options o;
       o.null_kind = null_kind;
       Robot robot(snake_chain(500), law.settings, o);
@@ -255,9 +275,11 @@ void long_arm() {
 void tracking_ends_at_the_target() {
   Options o;
   o.rate = 5.0;
-  Robot robot(skew_chain(9, 21), law_settings(stillreach::LEAST_ERROR, 0, 0, 0.0, 10.0), o);
+  Robot robot(skew_chain(9, 21), law_settings(stillreach::LawKind::LEAST_ERROR, stillreach::DampingKind::NUMBER, stillreach::NormKind::MAXIMUM, 0.0, 10.0), o);
   std::vector<double> q = Random(22).vector(9, 0.5), goal = q;
-  goal[0] += 0.5, goal[4] -= 0.4, goal[7] += 0.3;
+  goal[0] += 0.5;
+  goal[4] -= 0.4;
+  goal[7] += 0.3;
   robot.tick(goal.data(), kStill);
   double target[12];
   std::memcpy(target, robot.state.pose, sizeof target);
@@ -271,16 +293,20 @@ void tracking_ends_at_the_target() {
 // From 1 rad/s to a new limit of 0.3: by 0.02 a tick, the acceleration limit; a fault does not wait.
 void new_limits_close_in() {
   Options o;
-  o.acceleration = 2.0, o.period = 0.01, o.rows = {5};
-  Robot robot(planar_chain(1), law_settings(stillreach::LEAST_ERROR), o);
+  o.acceleration = 2.0;
+  o.period = 0.01;
+  o.rows = {5};
+  Robot robot(planar_chain(1), law_settings(stillreach::LawKind::LEAST_ERROR), o);
   const double twist[6] = {0, 0, 0, 0, 0, 5}, q[1] = {0.0};
   std::int8_t closing[1] = {stillreach::CLOSING_RATE};
-  robot.last[0] = 1.0, robot.rate_upper[0] = 0.3, robot.state.closing = closing;
+  robot.last[0] = 1.0;
+  robot.rate_upper[0] = 0.3;
+  robot.state.closing = closing;
   for (int t = 1; t <= 20; ++t) {
     CHECK(!(robot.tick(q, twist) & stillreach::LIMIT_GIVEN_UP));
     CHECK_NEAR(robot.rates[0], 1.0 - 0.02 * t, 1e-12);
   }
-  robot.fail(0, stillreach::DERATED, 0.5);
+  robot.fail(0, stillreach::Health::DERATED, 0.5);
   CHECK(robot.tick(q, twist) & stillreach::LIMIT_GIVEN_UP);
   CHECK_NEAR(robot.rates[0], 0.15, 1e-15);
 }
@@ -288,12 +314,71 @@ void new_limits_close_in() {
 // v period + v^2 / (2 a) = room, at 1 rad/s, 0.1 s and 2 rad/s^2 a room of 0.35 rad.
 void uneven_periods_brake_earlier() {
   Options o;
-  o.acceleration = 2.0, o.period = 0.1, o.rows = {5}, o.position = 0.35, o.rate = 9.0;
-  Robot robot(planar_chain(1), law_settings(stillreach::LEAST_ERROR), o);
+  o.acceleration = 2.0;
+  o.period = 0.1;
+  o.rows = {5};
+  o.position = 0.35;
+  o.rate = 9.0;
+  Robot robot(planar_chain(1), law_settings(stillreach::LawKind::LEAST_ERROR), o);
   const double twist[6] = {0, 0, 0, 0, 0, 5}, q[1] = {0.0};
-  robot.last[0] = 1.0, robot.state.uneven = 1;
+  robot.last[0] = 1.0;
+  robot.state.uneven = 1;
   robot.tick(q, twist);
   CHECK_NEAR(robot.rates[0], 1.0, 1e-12);
+}
+
+// One joint that turns about the task's axis, pushed at 5 rad/s; at 1 rad/s at most, within 2 rad/s^2.
+Options one_joint(double period) {
+  Options o;
+  o.rows = {5};
+  o.acceleration = 2.0;
+  o.period = period;
+  return o;
+}
+const double kPush[6] = {0, 0, 0, 0, 0, 5};
+
+void a_confined_joint_stops_inside_and_comes_back_from_outside() {
+  for (const double period : {0.001, 0.002, 0.005, 0.01})
+    for (const double side : {1.0, -1.0}) {
+      Robot robot(planar_chain(1), law_settings(stillreach::LawKind::LEAST_ERROR), one_joint(period));
+      robot.fail(0, stillreach::Health::CONFINED, -0.4, 0.4);
+      double q[1] = {0.0}, twist[6] = {0, 0, 0, 0, 0, side * kPush[5]}, before = 0.0;
+      for (double t = 0.0; t < 2.0; t += period) {
+        CHECK(!(robot.tick(q, twist) & stillreach::LIMIT_GIVEN_UP));
+        CHECK(std::fabs(robot.rates[0] - before) <= 2.0 * period * (1 + 1e-9));
+        before = robot.rates[0];
+        q[0] += period * robot.rates[0];
+        CHECK(side * q[0] <= 0.4 + 1e-12);
+      }
+      CHECK(side * q[0] > 0.399);
+      q[0] = side * 0.7;  // outside, at rest
+      robot.last[0] = 0.0;
+      robot.tick(q, twist);
+      CHECK(robot.rates[0] == 0.0 && robot.state.lower[0] <= 0.0 && robot.state.upper[0] >= 0.0);
+      for (double& w : twist) w = -w;
+      for (double t = 0.0; t < 2.0; t += period) {
+        robot.tick(q, twist);
+        CHECK(side * robot.rates[0] <= 0.0);
+        q[0] += period * robot.rates[0];
+      }
+      CHECK(std::fabs(q[0]) <= 0.4 + 1e-12);
+    }
+}
+
+void a_one_way_joint_never_turns_back() {
+  for (const double side : {1.0, -1.0}) {
+    Robot robot(planar_chain(1), law_settings(stillreach::LawKind::LEAST_ERROR), one_joint(0.01));
+    const double q[1] = {0.0}, back[6] = {0, 0, 0, 0, 0, -side * kPush[5]};
+    robot.last[0] = side * 0.05;
+    robot.fail(0, stillreach::Health::ONE_WAY, side);
+    for (const double expected : {0.03, 0.01, 0.0, 0.0}) {
+      CHECK(!(robot.tick(q, back) & stillreach::LIMIT_GIVEN_UP));
+      CHECK_NEAR(side * robot.rates[0], expected, 1e-15);
+    }
+    robot.last[0] = -side * 0.5;  // it was on its way to the other side when it failed
+    CHECK(robot.tick(q, back) & stillreach::LIMIT_GIVEN_UP);
+    CHECK(robot.rates[0] == 0.0);
+  }
 }
 
 void rounded_poses_become_rigid() {
@@ -330,6 +415,8 @@ int main() {
   tracking_ends_at_the_target();
   new_limits_close_in();
   uneven_periods_brake_earlier();
+  a_confined_joint_stops_inside_and_comes_back_from_outside();
+  a_one_way_joint_never_turns_back();
   rounded_poses_become_rigid();
   return finish("tick");
 }

@@ -1,18 +1,15 @@
 """The commands of docs/command-line.md print what the page says, and --json has the keys that it lists."""
 
 import json
-import os
 import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from tests.commands import Answer, run_command
 from tests.docs.pages import ROOT, blocks
 
-COMMAND = Path(sys.executable).with_name("stillreach")
 PAGE = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
 SHOWN = [block for block in blocks(PAGE, "sh") if block.output is not None]
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
@@ -23,11 +20,10 @@ def desk(tmp_path_factory) -> Path:
     return tmp_path_factory.mktemp("desk")
 
 
-def shell(line: str, desk: Path) -> subprocess.CompletedProcess[str]:
+def shell(line: str, desk: Path) -> Answer:
     program, *arguments = shlex.split(line)
     assert program == "stillreach"
-    environment = {**os.environ, "COLUMNS": "80", "NO_COLOR": "1"}
-    return subprocess.run([COMMAND, *arguments], cwd=desk, env=environment, capture_output=True, text=True, check=False)
+    return run_command(*arguments, folder=desk)
 
 
 def words(text: str) -> list[str]:
@@ -53,7 +49,7 @@ def test_the_page_shows_every_step() -> None:
 def test_a_command_prints_what_the_page_shows(block, desk: Path) -> None:
     """Numbers to 3 %: a simulation's last digits depend on the processor."""
     done = shell(block.code, desk)
-    printed = done.stdout + done.stderr
+    printed = done.out + done.err
     assert words(printed) == words(block.output)
     assert numbers(printed) == pytest.approx(numbers(block.output), rel=0.03, abs=0.01)
 
@@ -69,21 +65,21 @@ def test_the_readme_shows_every_command_that_looks_at_a_robot_or_moves_it() -> N
 @pytest.mark.parametrize("line", IN_README)
 def test_a_shell_line_of_the_readme_works_as_it_is_printed(line: str, desk: Path) -> None:
     without_picture = "" if " inspect " in line else " --no-plot"
-    assert shell(line + without_picture, desk).returncode == 0
+    assert shell(line + without_picture, desk).code == 0
 
 
 def test_the_keys_of_run_and_compare_are_those_of_the_page(desk: Path) -> None:
     section = PAGE.partition("## For machines")[2].partition("`compare` has")[0]
-    found = json.loads(shell("stillreach run planar-runaway --json --no-plot", desk).stdout)
+    found = json.loads(shell("stillreach run planar-runaway --json --no-plot", desk).out)
     assert set(found) == listed(section)
-    both = json.loads(shell("stillreach compare planar-runaway --json --no-plot --laws least-error", desk).stdout)
+    both = json.loads(shell("stillreach compare planar-runaway --json --no-plot --laws least-error", desk).out)
     assert set(both) == {"scenario", "laws", "files"}
     assert set(both["laws"]["least-error"]) == listed(section) - {"files"}
 
 
 def test_the_keys_of_inspect_are_those_of_the_page(desk: Path) -> None:
     section = PAGE.partition("`inspect`:")[2].partition("`arms --json`")[0]
-    found = json.loads(shell("stillreach inspect planar4 --json", desk).stdout)
+    found = json.loads(shell("stillreach inspect planar4 --json", desk).out)
     assert set(found) == listed(section)
     inner = {*found["joints"][0], *found["at"], *found["at"]["locked"][0]}
     assert inner <= set(re.findall(r"`(\w+)`", section))
@@ -93,7 +89,7 @@ def test_the_keys_of_arms_and_doctor_are_those_of_the_page(desk: Path) -> None:
     section = PAGE.partition("`arms --json` has")[2].partition("## In a shell")[0]
     arms, _, doctor = section.partition("`doctor --json` has")
     for command, text in (("arms", arms), ("doctor", doctor)):
-        found = json.loads(shell(f"stillreach {command} --json", desk).stdout)
+        found = json.loads(shell(f"stillreach {command} --json", desk).out)
         assert set(found) == set(re.findall(r"`(\w+)`", text)) - {"null"}
 
 

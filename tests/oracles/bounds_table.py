@@ -16,7 +16,8 @@ def joint_bounds(
     """Lower and upper bound on one joint's rate, and whether the acceleration limit was given up.
 
     Args:
-        fault: None, "locked", ("derated", fraction) or ("runaway", rate).
+        fault: None, "locked", ("derated", fraction), ("runaway", rate), ("one-way", direction) or
+            ("confined", low, high).
         rate, position: lower and upper limit; `acceleration` one number.
         q, last, period: joint position, last commanded rate, period of the tick.
     """
@@ -24,8 +25,14 @@ def joint_bounds(
         return 0.0, 0.0, False
     if fault is not None and fault[0] == "runaway":
         return fault[1], fault[1], False
-    fraction = 1.0 if fault is None else fault[1]
+    kind = fault and fault[0]
+    fraction = fault[1] if kind == "derated" else 1.0
     low, high = (side if math.isinf(side) and fraction else fraction * side for side in rate)
+    if kind == "one-way":
+        low, high = (0.0, high) if fault[1] > 0 else (low, 0.0)
+    if kind == "confined":
+        low = max(low, -room_rate(q - fault[1], period, acceleration))
+        high = min(high, room_rate(fault[2] - q, period, acceleration))
 
     up, down = room_rate(position[1] - q, period, acceleration), room_rate(q - position[0], period, acceleration)
     low, high = max(low, -down), min(high, up)

@@ -8,8 +8,8 @@ import re
 import numpy as np
 import pytest
 
-from stillreach.cli._inspection import print_inspection, verdict
-from stillreach.cli._locks import insight, survey
+from stillreach.arm.losses import best
+from stillreach.cli._inspection import print_inspection
 from tests.robots.catalogue import ROBOTS
 
 LEAST = np.array([1e-3] * 3 + [np.deg2rad(0.1)] * 3)
@@ -45,20 +45,20 @@ def poses(arm, best):
 def test_a_joint_that_cannot_be_spared_has_its_lost_direction_named(name, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     arm = ROBOTS[name].make()
-    rates, seen = full(arm), survey(arm)
-    for q in poses(arm, seen.best):
-        found, J = insight(arm, q, seen), arm.jacobian(q)
-        for i, lock in enumerate(found.locks):
+    rates = full(arm)
+    for q in poses(arm, best(arm)):
+        found, J = arm.losses(q), arm.jacobian(q)
+        for i, lock in enumerate(found.by_joint.values()):
             rest, others = np.delete(J, i, axis=1), np.delete(rates, i)
-            assert (lock.manipulability == 0.0) == (len(lock.lost) > 0)
+            assert (lock.remaining == 0.0) == (len(lock.lost) > 0)
             for direction in lock.lost:
                 assert largest(rest, others, direction) < 1.0
             few, many = (weak(rest, others, factor) for factor in (1.0 / NEAR, NEAR))
             assert few - weak(J, rates, NEAR) <= len(lock.lost) <= many - weak(J, rates, 1.0 / NEAR)
-        print_inspection(arm, "here", found)
+        print_inspection("here", found)
         printed = capsys.readouterr().out
         assert not NOTHING_LOST_NOTHING_LEFT.search(printed)
-        assert " ".join(printed.split()).endswith(verdict(arm, found))
+        assert " ".join(printed.split()).endswith(found.verdict)
 
 
 def test_at_least_ten_robots_are_looked_at():
@@ -74,18 +74,18 @@ def test_a_file_that_rounds_right_angles_tells_the_story_of_one_that_does_not(na
     elbow, exact, its_elbow = ROUNDED[name]
     for robot, joint in ((name, elbow), (exact, its_elbow)):
         arm = ROBOTS[robot].make()
-        seen = survey(arm)
-        typical = dict(zip(arm.joint_names, seen.typical, strict=True))
+        found = arm.losses()
+        typical = dict(zip(found, found.typical, strict=True))
         assert typical.pop(joint) == 0.0
         assert min(typical.values()) > 0.05
-        assert verdict(arm, insight(arm, seen.best, seen)).startswith(f"What this arm can spare least is {joint}: ")
+        assert found.verdict.startswith(f"What this arm can spare least is {joint}: ")
 
 
 def test_xarm7_folded_in_a_plane_cannot_spare_the_joints_that_move_in_it():
     arm = ROBOTS["xArm7"].make()
     lower, upper = arm.position_limits.T
-    found = insight(arm, (lower + upper) / 2, survey(arm))
-    assert [lock.joint for lock in found.locks if len(lock.lost)] == ["joint2", "joint4", "joint6"]
-    for lock in found.locks:  # each alone moves the tool in the plane of x, z and wy
+    found = arm.losses((lower + upper) / 2)
+    assert [name for name in found if len(found[name].lost)] == ["joint2", "joint4", "joint6"]
+    for lock in found.by_joint.values():  # each alone moves the tool in the plane of x, z and wy
         for lost in lock.lost:
             assert np.allclose(lost[[1, 3, 5]], 0.0, atol=1e-3)

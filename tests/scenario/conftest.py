@@ -1,11 +1,10 @@
-import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from stillreach.paper import evidence
+from tests.commands import run_command
 
 
 @dataclass(frozen=True)
@@ -21,9 +20,8 @@ class Reproduction:
 def reproduction(tmp_path_factory):
     """`stillreach paper` as a user runs it, once for all tests."""
     folder = tmp_path_factory.mktemp("out") / "paper"
-    command = [sys.executable, "-W", "error", "-m", "stillreach", "paper", "--out", str(folder)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    return Reproduction(folder, done.stdout + done.stderr, done.returncode)
+    done = run_command("paper", "--out", folder)
+    return Reproduction(folder, done.out + done.err, done.code)
 
 
 @pytest.fixture(scope="session")

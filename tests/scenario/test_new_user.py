@@ -1,9 +1,6 @@
 """A new user's path: look at a robot that nobody here wrote, let its elbow fail, compare laws, read what comes out."""
 
 import json
-import os
-import subprocess
-import sys
 from importlib.metadata import distribution
 from pathlib import Path
 
@@ -12,10 +9,10 @@ import pytest
 from matplotlib import image
 
 import stillreach as sr
+from tests.commands import Answer, run_command
 
 pytestmark = pytest.mark.xdist_group("new user")  # one test goes on where another stopped
 
-COMMAND = Path(sys.executable).with_name("stillreach")
 PANDA = "cmeel.prefix/share/example-robot-data/robots/panda_description/urdf/panda.urdf"
 ELBOW = "panda_joint4"
 
@@ -29,9 +26,8 @@ def desk(tmp_path_factory) -> Path:
     return folder
 
 
-def shell(desk: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "COLUMNS": "80", "NO_COLOR": "1"}
-    return subprocess.run([COMMAND, *arguments], cwd=desk, env=environment, capture_output=True, text=True, check=False)
+def shell(desk: Path, *arguments: str) -> Answer:
+    return run_command(*arguments, folder=desk)
 
 
 def pixels(file: Path) -> np.ndarray:
@@ -46,35 +42,35 @@ def shows(picture: np.ndarray, colour: tuple[int, int, int]) -> bool:
 
 def test_first_the_user_looks_at_the_robot(desk):
     asked = shell(desk, "inspect", "panda.urdf")
-    assert asked.returncode == 2  # two fingers and a tool point: which is the tool?
-    assert "try --tip panda_hand_tcp" in asked.stderr
+    assert asked.code == 2  # two fingers and a tool point: which is the tool?
+    assert "try --tip panda_hand_tcp" in asked.err
     done = shell(desk, "inspect", "panda.urdf", "--tip", "panda_hand_tcp")
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (done.code, done.err) == (0, "")
     for joint in range(1, 8):
-        assert done.stdout.count(f"panda_joint{joint} ") == 2  # its limits; what is lost with it
+        assert done.out.count(f"panda_joint{joint} ") == 2  # its limits; what is lost with it
     for words in ("7 revolute joints", "-166 … 166 deg", "125 deg/s", "Singular values", "smallest σ", "If one joint"):
-        assert words in done.stdout
+        assert words in done.out
 
 
 def test_the_elbow_is_what_this_robot_can_spare_least(desk):
     done = shell(desk, "inspect", "panda.urdf", "--tip", "panda_hand_tcp", "--json")
-    left = {joint["name"]: joint["typical_manipulability_left"] for joint in json.loads(done.stdout)["joints"]}
+    left = {joint["name"]: joint["typical_manipulability_left"] for joint in json.loads(done.out)["joints"]}
     assert min(left, key=left.__getitem__) == ELBOW
     assert left[ELBOW] < 0.1
 
 
 def test_then_the_elbow_fails(desk):
     done = shell(desk, "run", "panda-elbow")
-    assert (done.returncode, done.stderr) == (0, "")  # the arm finishes its work
+    assert (done.code, done.err) == (0, "")  # the arm finishes its work
     folder = desk / "out" / "panda-elbow"
     found = json.loads((folder / "summary.json").read_text())
     assert [fault["joint"] for fault in found["faults"]] == [ELBOW]
     assert found["finished"]
     assert found["goal_distance"] < 1e-3
-    assert "\narrived          yes, " in done.stdout
-    assert f"{ELBOW} locked from {found['faults'][0]['at']:g} s on" in done.stdout
+    assert "\narrived          yes, " in done.out
+    assert f"{ELBOW} locked from {found['faults'][0]['at']:g} s on" in done.out
     for row in ("arrived", "gave way", "farthest off", "largest rate", "status", "limited by", "lost at the end"):
-        assert f"\n{row}" in done.stdout
+        assert f"\n{row}" in done.out
     run = sr.Run.load(folder / "run.nc")
     after = run.time > found["faults"][0]["at"]
     assert np.ptp(run.q[after, run.joint_names.index(ELBOW)]) == 0.0
@@ -85,10 +81,10 @@ def test_then_the_elbow_fails(desk):
 
 def test_then_laws_are_compared(desk):
     done = shell(desk, "compare", "panda-elbow", "--laws", "least-error,keep-direction,pseudoinverse")
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (done.code, done.err) == (0, "")
     folder = desk / "out" / "panda-elbow"
     found = json.loads((folder / "compare.json").read_text())["laws"]
-    rows = [line.split()[:2] for line in done.stdout.splitlines()]
+    rows = [line.split()[:2] for line in done.out.splitlines()]
     for law, told in found.items():
         assert [law, "yes" if told["finished"] else "NO"] in rows
     assert found["least-error"] == json.loads((folder / "summary.json").read_text())
@@ -105,20 +101,20 @@ def test_then_the_wrist_gets_hot_too(desk):
     for law in ("least-error", "keep-direction"):
         assert found[law]["largest_rate"]["of_limit"] <= 1.0
     assert found["pseudoinverse"]["largest_rate"]["of_limit"] > 1.5  # why one does not use it
-    assert "above 100 %: drives cannot follow" in done.stdout
+    assert "above 100 %: drives cannot follow" in done.out
 
 
 def test_then_the_user_breaks_another_joint_of_their_own_choice(desk):
     done = shell(desk, "run", "panda-elbow", "--healthy", "--fail", "panda_joint2@1", "--json", "--no-plot")
-    found = json.loads(done.stdout)
+    found = json.loads(done.out)
     assert [(fault["joint"], fault["at"]) for fault in found["faults"]] == [("panda_joint2", 1.0)]
-    healthy = json.loads(shell(desk, "run", "panda-elbow", "--healthy", "--json", "--no-plot").stdout)
+    healthy = json.loads(shell(desk, "run", "panda-elbow", "--healthy", "--json", "--no-plot").out)
     assert healthy["finished"]
     assert healthy["faults"] == []
 
 
 def test_what_is_printed_fits_a_terminal_and_a_pipe(desk):
     for arguments in (("inspect", "panda.urdf", "--tip", "panda_hand_tcp"), ("run", "panda-elbow", "--no-plot")):
-        lines = shell(desk, *arguments).stdout.splitlines()
+        lines = shell(desk, *arguments).out.splitlines()
         assert all(len(line) <= 80 for line in lines if not line.startswith("wrote "))
         assert all("\x1b" not in line for line in lines)

@@ -1,8 +1,7 @@
 """`stillreach paper` from end to end."""
 
 import json
-import subprocess
-import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +9,7 @@ import pytest
 import stillreach as sr
 from stillreach.paper import examples
 from stillreach.paper.figures import PICTURES
+from tests.commands import run_command
 
 RUNS = (
     "example-1-free",
@@ -60,8 +60,8 @@ def test_rates_stay_inside_the_limit_and_failed_joints_stand_still(reproduction,
     run = sr.Run.load(reproduction.folder / f"{name}.nc")
     if name == "example-2-failed-pseudoinverse":
         assert np.all(np.isinf(run.upper[run.health == 0]))
-        assert "no rate limit" in run.attrs["velocity_limits"]
-        assert "without rate limit" in run.attrs["title"]
+        assert np.all(np.isinf(run.scenario.velocity_limits))
+        assert "without rate limit" in run.scenario.title
     else:
         assert np.max(np.abs(run.rates)) <= np.deg2rad(50.0)
         assert np.all((run.lower <= run.rates) & (run.rates <= run.upper))
@@ -76,15 +76,14 @@ def test_each_run_is_the_paper_s_twenty_seconds_in_steps_of_a_twentieth(reproduc
         run = sr.Run.load(reproduction.folder / f"{name}.nc")
         period = 0.01 if name.endswith("stillreach") else 0.05
         np.testing.assert_allclose(run.time, np.arange(round(20 / period) + 1) * period, atol=1e-12)
-        assert run.attrs["integrator"] == "euler"
+        assert run.scenario.integrator == "euler"
 
 
 def test_the_free_run_of_example_2_costs_less_than_the_default_price():
     """Its smallest singular value is 0.41, and its rates are a tenth of their limits."""
     scenario = examples.scenarios()[examples.EXAMPLE_2_FREE]
-    settings = {**vars(scenario), "task": sr.Task(), "velocity_limits": np.deg2rad(50.0)}
     rates = [
-        sr.simulate(sr.Scenario(**{**settings, "law": law})).rates
+        sr.simulate(replace(scenario, task=sr.Task(), velocity_limits=np.deg2rad(50.0), law=law)).rates
         for law in (sr.LeastError(), sr.LeastError(price=None), sr.Pseudoinverse())
     ]
     np.testing.assert_allclose(rates[0], rates[1], atol=1e-9)
@@ -93,10 +92,9 @@ def test_the_free_run_of_example_2_costs_less_than_the_default_price():
 
 def test_step_duration_and_lengths_are_the_user_s(tmp_path):
     options = ["--step", "0.5", "--duration", "10", "--lengths", ",".join(["0.7"] * 6)]
-    command = [sys.executable, "-m", "stillreach", "paper", "--out", str(tmp_path), *options]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 1  # with another arm some statements stand otherwise
-    assert "✗" in done.stdout
+    done = run_command("paper", "--out", tmp_path, *options)
+    assert done.code == 1  # with another arm some statements stand otherwise
+    assert "✗" in done.out
     run = sr.Run.load(tmp_path / "example-1-free.nc")
     assert len(run) == 21
     arm = sr.arms.nasa_modular(lengths=[0.7] * 6)
@@ -106,18 +104,16 @@ def test_step_duration_and_lengths_are_the_user_s(tmp_path):
 
 def test_a_folder_that_cannot_be_made_is_named(tmp_path):
     (tmp_path / "taken").write_text("a file")
-    command = [sys.executable, "-m", "stillreach", "paper", "--out", str(tmp_path / "taken")]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
-    assert done.returncode != 0
-    assert "taken" in done.stderr
-    assert len(done.stderr.splitlines()) == 1
+    done = run_command("paper", "--out", tmp_path / "taken")
+    assert done.code == 2
+    assert "taken" in done.err
+    assert len(done.err.splitlines()) == 1
 
 
 @pytest.mark.parametrize("option", [("--step", "0"), ("--step", "2"), ("--duration", "-1"), ("--lengths", "1,2,3")])
 def test_an_option_that_cannot_be_is_refused_before_anything_is_computed(tmp_path, option):
-    command = [sys.executable, "-m", "stillreach", "paper", "--out", str(tmp_path / "new"), *option]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
-    assert done.returncode != 0
-    assert option[0].strip("-") in done.stderr
-    assert len(done.stderr.splitlines()) == 1
+    done = run_command("paper", "--out", tmp_path / "new", *option)
+    assert done.code == 2
+    assert option[0].strip("-") in done.err
+    assert len(done.err.splitlines()) == 1
     assert not (tmp_path / "new").exists()

@@ -1,25 +1,24 @@
 """The comparison with other libraries: its workload, its judge, what it does with peers that fail, what it writes."""
 
 import dataclasses
-import os
-import signal
 from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from scipy.optimize import lsq_linear
 
 import stillreach as sr
 from bench.compare import arguments
-from bench.field import Peer, interleave, prepare
+from bench.field import Peer, interleave
 from bench.hostile import hostile_ticks
 from bench.judge import judge
+from bench.page import put
 from bench.peers import ENTRIES
-from bench.plot import WRONG, colour
 from bench.problem import Problem, largest_fraction, least_error, make_batch, make_problem
-from bench.report import BEGIN, END, MARK, into_readme, requirements, table
-from bench.robot_files import chain, urdf
+from bench.report import MARK, report, requirements, table
+from bench.workload import robot
 from tests.conformance.registry import LAWS
 
 
@@ -53,13 +52,6 @@ def test_the_work_is_the_same_every_time_and_locked_joints_stand(problem: Proble
         assert np.array_equal(getattr(problem, field.name), getattr(again, field.name))
     assert np.all(problem.q[:, problem.locked] == problem.q[0, problem.locked])
     assert not np.any(np.all(problem.q[:, problem.working] == problem.q[0, problem.working], axis=0))
-
-
-def test_a_problem_comes_back_from_its_file(problem: Problem, tmp_path: Path) -> None:
-    problem.save(tmp_path / "ticks.npz")
-    again = Problem.load(tmp_path / "ticks.npz")
-    assert np.array_equal(again.twist, problem.twist)
-    assert np.array_equal(again.feasible, problem.feasible)
 
 
 def test_feasibility_of_a_planar_box_is_known() -> None:
@@ -138,29 +130,24 @@ def test_rates_of_another_shape_are_refused(problem: Problem) -> None:
         judge(problem, np.zeros((128, 8)))
 
 
-def test_the_arm_without_its_failed_joints_is_the_same_arm(problem: Problem, tmp_path: Path) -> None:
-    frozen = {int(joint): float(problem.q[0, joint]) for joint in problem.locked}
-    arm = sr.arms.nasa_modular()
-    (tmp_path / "working.urdf").write_text(urdf(arm, float(problem.limit), frozen))
-    reduced = sr.Arm.from_urdf(tmp_path / "working.urdf", tip="tool")
-    assert reduced.n == 8
-    assert np.allclose(reduced.velocity_limits, problem.limit)
-    assert np.allclose(reduced.jacobian(problem.q[:, problem.working]), problem.jacobian[:, :, problem.working])
-    placements, axes, tool = chain(arm, frozen)
-    joints = [sr.Joint(placement=T, axis=axis) for T, axis in zip(placements, axes, strict=True)]
-    by_hand = sr.Arm.from_joints(joints, tool=tool)
-    assert np.allclose(by_hand.forward(problem.q[:, problem.working]), problem.pose)
-
-
-def peers_in(folder: Path, problem: Problem, *keys: str) -> list[Peer]:
-    problem.save(folder / "ticks.npz")
-    prepare(folder, problem)
-    return [Peer(ENTRIES[key], folder) for key in keys]
+def test_peers_get_the_arm_without_its_failed_joints(problem: Problem, tmp_path: Path) -> None:
+    given = robot(tmp_path)
+    assert np.array_equal(given.working, problem.working)
+    model = pin.buildModelFromUrdf(given.urdf)
+    assert (model.nq, model.nv) == (8, 8)
+    assert np.allclose(model.velocityLimit, problem.limit)
+    joints = [sr.Joint(placement=T, axis=axis) for T, axis in zip(given.placements, given.axes, strict=True)]
+    by_hand = sr.Arm(joints, tool=given.tool)
+    for q, pose in zip(problem.q[:, problem.working], problem.pose, strict=True):
+        data = model.createData()
+        pin.framesForwardKinematics(model, data, q)
+        assert np.allclose(data.oMf[model.getFrameId("tool")].homogeneous, pose)
+        assert np.allclose(by_hand.forward(q), pose)
 
 
 @pytest.mark.skipif(find_spec("pydrake") is not None, reason="Drake is installed: nothing is missing")
-def test_a_peer_that_is_not_installed_is_left_out_with_its_reason(problem: Problem, tmp_path: Path) -> None:
-    missing, ours = peers_in(tmp_path, problem, "drake", "ours-bound")
+def test_a_peer_that_is_not_installed_is_left_out_with_its_reason(problem: Problem) -> None:
+    missing, ours = Peer(ENTRIES["drake"]), Peer(ENTRIES["ours-bound"])
     for peer in (missing, ours):
         peer.start(problem)
     interleave([missing, ours], 0.0, 0.01, lambda turns: None)
@@ -170,17 +157,18 @@ def test_a_peer_that_is_not_installed_is_left_out_with_its_reason(problem: Probl
     assert ours.verdict is not None
     assert ours.verdict.clean
     assert 0.0 < ours.best <= ours.median
+    assert "Left out: Drake" in report([missing, ours], [], 128, 0, 2, {"busy machine: 3"})
 
 
-def test_a_peer_that_crashes_keeps_its_times_and_leaves_the_others_alone(problem: Problem, tmp_path: Path) -> None:
-    first, second = peers_in(tmp_path, problem, "ours-bound", "ours-new")
+def test_a_peer_that_crashes_keeps_its_times_and_leaves_the_others_alone(problem: Problem) -> None:
+    first, second = Peer(ENTRIES["ours-bound"]), Peer(ENTRIES["ours-new"])
     for peer in (first, second):
         peer.start(problem)
 
     def crash(turns: int) -> None:
-        if turns == 1 and first.process is not None:
-            os.kill(first.process.pid, signal.SIGKILL)
-            first.process.wait()
+        if turns == 1:
+            first.process.kill()
+            first.process.join()
 
     interleave([first, second], 0.0, 0.01, crash)
     second.stop()
@@ -190,50 +178,54 @@ def test_a_peer_that_crashes_keeps_its_times_and_leaves_the_others_alone(problem
     assert len(second.times[0]) >= 3  # a pass at least in every turn, also after the crash
 
 
-def test_a_table_and_its_requirements_say_who_is_slower_and_wrong(problem: Problem, tmp_path: Path) -> None:
-    ours, peer = Peer(ENTRIES["ours-bound"], tmp_path), Peer(ENTRIES["pink"], tmp_path)
+def cells(text: str) -> list[list[str]]:
+    """Of a Markdown table, without its head."""
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines()[2:]]
+
+
+def test_a_table_and_its_requirements_say_who_is_slower_and_wrong(problem: Problem) -> None:
+    ours, peer = Peer(ENTRIES["ours-bound"]), Peer(ENTRIES["pink"])
     ours.times, ours.verdict = [[2.0, 4.0, 3.0]], judge(problem, np.zeros_like(problem.q))
     peer.times, peer.verdict = [[100.0, 300.0, 200.0]], judge(problem, np.ones_like(problem.q))
-    lines = table([peer, ours], "µs")
-    assert [cell.strip() for cell in lines[2].split("|")][2:5] == ["2.00", "3.00", "1.0"]
-    assert [cell.strip() for cell in lines[3].split("|")][2:5] == ["100.00", "200.00", "50.0"]
-    assert [cell.strip() for cell in lines[3].split("|")][6] == "128"
+    first, second = cells(table([peer, ours], "µs"))
+    assert first[1:4] == ["2.00", "3.00", "1.0"]
+    assert second[1:4] == ["100.00", "200.00", "50.0"]
+    assert second[5] == "128"
     assert f"- MISSED: bound buffers over {peer.entry.title}: 50.0 times, required 80" in requirements([ours, peer])
 
 
 def test_the_default_law_is_marked_like_any_other_whose_answers_are_wrong(
-    problem: Problem, optimum: np.ndarray, tmp_path: Path
+    problem: Problem, optimum: np.ndarray
 ) -> None:
-    clean, ours, peer = (Peer(ENTRIES[key], tmp_path) for key in ("ours-bound", "default-bound", "pink"))
+    clean, ours, peer = (Peer(ENTRIES[key]) for key in ("ours-bound", "default-bound", "pink"))
     worse = np.where(problem.feasible[:, None], optimum, 0.5 * optimum)
     for each, rates in ((clean, optimum), (ours, 0.5 * optimum), (peer, 0.5 * optimum)):
         each.times, each.verdict = [[2.0]], judge(problem, rates)
-    lines = table([clean, ours, peer], "µs")[2:]
-    assert [MARK in line for line in lines] == [False, True, True]
-    assert [colour(each) == WRONG for each in (clean, ours, peer)] == [False, True, True]
-    assert lines[0].endswith("| 0 of 64 | 0 |")
+    lines = cells(table([clean, ours, peer], "µs"))
+    assert [MARK in line[0] for line in lines] == [False, True, True]
+    assert lines[0][-2:] == ["0 of 64", "0"]
     ours.verdict = verdict = judge(problem, worse)
     assert verdict.clean
-    assert MARK not in table([ours], "µs")[2]
-    assert table([ours], "µs")[2].endswith(f"| {100 * verdict.excess:.2g} % ({100 * verdict.worst_excess:.2g} %) |")
+    (line,) = cells(table([ours], "µs"))
+    assert MARK not in line[0]
+    assert line[-1] == f"{100 * verdict.excess:.2g} % ({100 * verdict.worst_excess:.2g} %)"
     assert verdict.worst_excess > verdict.excess > 0.01
 
 
-def test_the_readme_keeps_all_but_what_lies_between_the_markers(tmp_path: Path) -> None:
+def test_a_page_keeps_all_but_what_lies_between_the_markers(tmp_path: Path) -> None:
     page = tmp_path / "README.md"
-    page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
-    into_readme(page, "new")
-    assert page.read_text() == f"before\n{BEGIN}\nnew\n{END}\nafter\n"
+    page.write_text("before\n<!-- it -->\nold\n<!-- /it -->\nafter\n")
+    put(page, "it", "new")
+    assert page.read_text() == "before\n<!-- it -->\nnew\n<!-- /it -->\nafter\n"
     page.write_text("no markers\n")
-    with pytest.raises(ValueError, match="expected one line"):
-        into_readme(page, "new")
+    with pytest.raises(ValueError, match="<!-- it -->"):
+        put(page, "it", "new")
 
 
 @pytest.mark.parametrize(
     ("given", "said"),
     [
         (["--peers", "pink,ponk"], "ponk not among"),
-        (["--ticks", "5"], "expected 64 or more"),
         (["--write", "--quick"], "only a full run"),
     ],
 )

@@ -1,19 +1,15 @@
-"""The batch's benchmark: its rows, its count of operations, its tables, what it tells apart in instructions."""
+"""The batch's benchmark: its rows, its tables, the page that they stand in, what counts as a stage."""
 
-import json
-import re
-from dataclasses import asdict, replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import stillreach as sr
-from bench import batch_tables, kernel, operations, stages, why
-from bench.batch import Case, Result, call_costs, law_cases, solver, thread_cases, timed, working_cases
-from bench.machine import Peak
+from bench import batch, stages, why
+from bench.batch import REQUIRED, Case, solver
 from bench.rows import make_rows
+from bench.timing import Row
 from bench.workload import LIMIT, arm
 
 
@@ -52,173 +48,43 @@ def test_the_library_sees_the_same_rows_over_the_limit() -> None:
     assert np.array_equal(rows.q, make_rows(1000).q)
 
 
-def test_a_file_of_rows_holds_them_in_order(tmp_path: Path) -> None:
-    rows = make_rows(5)
-    rows.write(tmp_path / "rows")
-    read = np.fromfile(tmp_path / "rows")
-    assert len(read) == 5 * 17 + 22
-    assert np.array_equal(read[55:85].reshape(5, 6), rows.twist)
-    assert np.array_equal(read[-11:], rows.upper)
+def test_every_law_is_measured_and_every_table_printed() -> None:
+    said = "\n\n".join(batch.run(40, 1))
+    for name in (*batch.LAWS, "`forward`", "`jacobian`", "`rollout_batch`", "working joints", "two threads"):
+        assert name in said
 
 
-class Counting:
-    """A number that counts what is done with it, in place of the algorithm's own numbers."""
-
-    done = 0
-
-    def _more(self, other: object) -> "Counting":
-        Counting.done += 1
-        return self
-
-    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = _more
+def test_a_rate_is_that_of_the_shortest_pieces_and_a_requirement_is_met_or_not() -> None:
+    """Two pieces and the whole, two repeats each [µs a row]."""
+    cases = [Case(name, lambda part: None) for name in REQUIRED]
+    for case in cases:
+        case.row = Row(case.name, "", case.run, times=[[0.3, 0.1], [0.2, 0.5], [0.4, 0.6]])
+    assert cases[0].cells() == [cases[0].name, "6.67", "2.00", "150"]
+    lines = batch.requirements(cases, {"a law": 1.69, "another": 1.7}).splitlines()
+    assert [line.startswith("- met") for line in lines] == [*(need <= 6.67 for need in REQUIRED.values()), False, True]
 
 
-def counted(work: object) -> int:
-    Counting.done = 0
-    work()  # type: ignore[operator]
-    return Counting.done
-
-
-def test_operations_of_the_gram_matrix_its_factor_and_solution_are_those_of_the_algorithm() -> None:
-    """The textbook loops on numbers that count; a sum starts at its first term's 0, as in the code."""
-    m, k = 6, 8
-    x = Counting()
-
-    def gram() -> None:
-        for _ in range(k):
-            for r in range(m):
-                for _ in range(r + 1):
-                    x + x * x
-        for _ in range(m):
-            x + x
-
-    def factor() -> None:
-        for j in range(m):
-            x + x  # trace
-            for i in range(j, m):
-                for _ in range(j):
-                    x - x * x
-                if i > j:
-                    x * x
-            1.0 / x
-        for j in range(m):
-            for i in range(j + 1, m):
-                for _ in range(j + 1, i):
-                    x - x * x
-                x + (x * x) * x  # trace of the inverse: its terms
-            x + x
-        x * x
-
-    def solve() -> None:
-        for i in range(m):
-            for _ in range(i):
-                x + x * x
-            x * x
-        for j in range(m):
-            for _ in range(j + 1, m):
-                x + x * x
-        for _ in range(k):
-            for _ in range(m):
-                x + x * x
-
-    assert operations.gram(k) == counted(gram)
-    assert operations.factor() == counted(factor)
-    assert operations.solve(k) == counted(solve)
-
-
-def test_operations_grow_linearly_with_joints() -> None:
-    for count in (operations.kinematics, operations.gram, operations.solve, operations.checks):
-        assert count(30) - count(20) == count(20) - count(10)
-
-
-@cache
-def result() -> Result:
-    rows = make_rows(40)
-    figures = (
-        timed(law_cases(rows), 40, 2, 1) + timed(working_cases(20), 20, 2, 1) + timed(thread_cases(rows), 40, 2, 1)
-    )
-    return Result("avx2", 40, 1, figures, call_costs(rows, 1), Peak(3.0, 48.0, 0.0), ["before.", "after."])
-
-
-def test_every_law_is_measured_and_written_and_comes_back() -> None:
-    before = result()
-    written = json.loads(json.dumps(batch_tables.as_json(before)))
-    assert batch_tables.from_json(written) == before
-    page = batch_tables.text(before)
-    for law in ("Pseudoinverse", "exact", "closed form", "LeastError()", "KeepDirection", "rollout_batch", "jacobian"):
-        assert law in page
-    assert {figure.working for figure in before.of("working")} == {11, 8, 6, 5, 3}
-    assert all(0.0 < figure.best <= figure.median for figure in before.figures)
-    assert {figure.name for figure in before.of("laws")} == set(kernel.LAWS.values())
-
-
-def test_a_requirement_is_met_or_not() -> None:
-    one = result()
-    needed = [figure for figure in one.of("laws") if figure.need]
-    assert len(needed) == 4
-    for scale, word in ((0.9, "- met"), (1.1, "- NOT MET")):
-        laws = [replace(figure, best=scale / figure.need) for figure in needed if figure.need]
-        lines = batch_tables.requirements(replace(one, figures=laws)).splitlines()
-        assert [line.startswith(f"{word}: ") for line in lines] == [True] * 4
-
-
-def test_the_share_of_the_peak_is_operations_over_time_and_peak() -> None:
-    figure = Case("laws", "a law", lambda part: None, operations=2400)
-    figure.row = type("Times", (), {"times": [[0.2, 0.4], [0.1, 0.3]]})()  # pieces, whole [µs]
-    line = batch_tables.law_line(replace(result(), peak=Peak(2.0, 48.0)), figure.figure())
-    assert line == ["a law", "10.00", "5.00", "100", "200", "2400", "50 %"]
-    line = batch_tables.law_line(replace(result(), peak=Peak(2.0, 48.0)), replace(figure.figure(), kernel=0.08))
-    assert line[-3:] == ["80", "160", "62 %"]
-    eight = replace(result(), instruction_set="avx512", peak=Peak(2.0, 48.0, 96.0))
-    assert batch_tables.law_line(eight, figure.figure())[-1] == "25 %"
-
-
-def test_what_avx512_gives_is_told_where_the_machine_has_it() -> None:
-    assert "no AVX-512" in why.eight_lanes(result())
-    told = why.eight_lanes(replace(result(), instruction_set="avx512", peak=Peak(2.0, 48.0, 96.0)))
-    assert "`Pseudoinverse`" in told
-    assert "96.0 of 512 bits" in told
-
-
-def test_the_page_of_figures_has_a_place_for_each_and_keeps_its_words(
+def test_the_page_has_a_place_for_what_each_command_prints_and_keeps_its_words(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    counts = [
-        stages.Count(law, dict.fromkeys([*stages.STAGES, stages.ALONE], 10.0), dict.fromkeys(stages.KINDS, 10.0), 900.0)
-        for law in stages.LAWS.values()
-    ]
-    timed_alone = [replace(figure, kernel=0.1) if figure.table == "laws" else figure for figure in result().figures]
-    (tmp_path / "batch.json").write_text(json.dumps(batch_tables.as_json(replace(result(), figures=timed_alone))))
-    (tmp_path / "wide.json").write_text((tmp_path / "batch.json").read_text())
-    (tmp_path / "stages.json").write_text(json.dumps([asdict(one) for one in counts]))
-    for part in ("tick", "long_arms"):
-        (tmp_path / f"{part}.md").write_text(f"| of {part} |\n")
     page = tmp_path / "page.md"
-    page.write_text(why.PAGE.read_text(encoding="utf-8"))
-    for name, value in (("OUT", tmp_path), ("PAGE", page), ("PLOT", tmp_path / "plot.png"), ("ROOT", tmp_path)):
-        monkeypatch.setattr(why, name, value)
-    monkeypatch.setattr("sys.argv", ["why", "--kept"])
+    page.write_text(before := why.PAGE.read_text(encoding="utf-8"), encoding="utf-8")
+    monkeypatch.setattr(why, "PAGE", page)
+    monkeypatch.setattr(why, "measure", lambda part: f"what {part} printed")
+    monkeypatch.setattr("sys.argv", ["why"])
     why.main()
-    figures = re.compile(r"(<!-- figures: (\w+) -->\n).*?(<!-- /figures: \2 -->)", re.DOTALL)
     after = page.read_text(encoding="utf-8")
-    assert {match[2] for match in figures.finditer(after)} == set(why.sections())
-    assert all(text in after for text in why.sections().values())
-    words = Path(why.__file__).parents[1] / "docs" / "why-it-is-fast.md"
-    assert figures.sub(r"\1\3", after) == figures.sub(r"\1\3", words.read_text(encoding="utf-8"))
-    assert (tmp_path / "plot.png").stat().st_size > 10_000
+    for part in why.PARTS:
+        mark = f"<!-- figures: {part} -->"
+        assert after.split(mark)[0].splitlines()[-1:] == before.split(mark)[0].splitlines()[-1:]
+        assert f"{mark}\nwhat {part} printed\n<!-- /figures: {part} -->" in after
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [(["batches"], "batches not among batch, wide, stages, tick, long_arms"), (["--kept", "tick"], "--kept")],
-)
-def test_parts_that_are_none_are_named(
-    given: list[str], said: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr("sys.argv", ["why", *given])
+def test_parts_that_are_none_are_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("sys.argv", ["why", "batches"])
     with pytest.raises(SystemExit):
         why.main()
-    assert said in capsys.readouterr().err
+    assert "batches" in capsys.readouterr().err
 
 
 CALLGRIND = """\
@@ -241,28 +107,6 @@ fn=other
 
 def test_only_the_programs_own_instructions_count_and_none_twice() -> None:
     assert stages.addresses(CALLGRIND, "rows") == {0x10: 101, 0x14: 5}
-
-
-@pytest.mark.parametrize(
-    ("mnemonic", "operands", "kind", "done"),
-    [
-        ("vfmadd231pd", "%ymm1,%ymm2,%ymm3", "multiply-add", 8),
-        ("vfnmadd213sd", "%xmm1,%xmm2,%xmm3", "multiply-add", 2),
-        ("vmulpd", "%ymm1,%ymm2,%ymm3", "add, multiply", 4),
-        ("vaddsd", "%xmm1,%xmm2,%xmm3", "add, multiply", 1),
-        ("vdivpd", "%ymm1,%ymm2,%ymm3", "divide, root", 4),
-        ("vcmpltpd", "%ymm1,%ymm2,%ymm3", "masks, choices", 0),
-        ("vblendvpd", "%ymm1,%ymm2,%ymm3,%ymm4", "masks, choices", 0),
-        ("vpaddq", "%ymm1,%ymm2,%ymm3", "masks, choices", 0),
-        ("vmovapd", "(%rax),%ymm3", "load, store, move", 0),
-        ("vunpcklpd", "%ymm1,%ymm2,%ymm3", "shuffle", 0),
-        ("add", "$0x8,%rax", stages.OTHER, 0),
-        ("or", "%eax,%ebx", stages.OTHER, 0),
-    ],
-)
-def test_instructions_are_told_apart(mnemonic: str, operands: str, kind: str, done: int) -> None:
-    assert stages.kind(mnemonic) == kind
-    assert stages.operations_of(mnemonic, operands) == done
 
 
 def test_an_instruction_belongs_to_the_stage_that_it_was_inlined_into() -> None:

@@ -29,11 +29,11 @@ needs_qemu = pytest.mark.skipif(shutil.which(OLD_MACHINE[0]) is None, reason="ap
 @pytest.fixture(scope="module")
 def build() -> Path:
     """The C++ build folder with the kernels up to date: nothing to do after `make cpp-test`."""
-    return build_targets(*(f"kernel_{name}" for name in SETS))
+    return build_targets(*(f"stillreach_{name}" for name in SETS))
 
 
 def kernel_object(build: Path, name: str) -> Path:
-    return build / "CMakeFiles" / f"kernel_{name}.dir" / "bindings" / "kernel.cpp.o"
+    return build / "CMakeFiles" / f"stillreach_{name}.dir" / "dispatch" / "kernel.cpp.o"
 
 
 def weak_symbols(path: Path) -> set[str]:

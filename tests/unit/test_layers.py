@@ -1,6 +1,7 @@
-"""A layer imports earlier layers, never later ones; the order is that of ARCHITECTURE.md."""
+"""A layer imports earlier layers, never later ones, and no module itself by way of others; as ARCHITECTURE.md says."""
 
 import ast
+import graphlib
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,8 +12,24 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "src" / "stillreach"
 
 LAYERS = (
-    {"_core", "errors", "_labels", "_door", "_files", "_text", "_units"},
+    {
+        "_core",
+        "_cpp",
+        "errors",
+        "_labels",
+        "_door",
+        "_files",
+        "_text",
+        "_units",
+        "_rotations",
+        "_formats",
+        "_messages",
+        "_packages",
+        "_words",
+    },
     {"arm"},
+    {"arms"},
+    {"_forms", "_kinds", "_lists", "_reading", "_tables"},
     {"bounds", "faults", "null_motions", "task", "status", "insight"},
     {"laws"},
     {"batch", "rollouts"},
@@ -25,9 +42,9 @@ LAYERS = (
 )
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names}
 PUBLIC_API = RANK["tolerance"]  # `import stillreach` brings in everything up to here
-ALLOWED = {("simulation", "plot", "show")}  # (layer, function, imported layer): run.plot() draws itself
+ALLOWED = {(layer, "plot", "show") for layer in ("arm", "simulation")}  # (layer, function, imported layer)
 HEADER_LAYERS = ("simd", "linear", "kinematics", "problem", "bounded", "laws", "control", "batch")
-LAST_HEADERS = {"kernel.hpp", "cuda.hpp"}  # the others beside the folders, config.hpp and types.hpp, come first
+LAST_HEADERS = {"kernel.hpp", "dispatch.hpp", "cuda.hpp"}  # config.hpp and types.hpp come first
 
 
 def header_rank(path: str) -> int:
@@ -39,14 +56,14 @@ def header_rank(path: str) -> int:
 
 
 def imported_modules(node: ast.AST, module: tuple[str, ...], is_package: bool) -> Iterator[tuple[str, ...]]:
-    """Dotted names below `stillreach` that one statement imports; () is the package itself."""
+    """Dotted names below `stillreach` that one statement imports, of modules or in them; () is the package itself."""
     if isinstance(node, ast.Import):
         names = [alias.name for alias in node.names]
     elif isinstance(node, ast.ImportFrom):
         keep = len(module) - node.level + is_package
         parts = ["stillreach", *module[:keep]] if node.level else []
         base = ".".join([*parts, *filter(None, [node.module])])
-        names = [f"{base}.{alias.name}" for alias in node.names] if base == "stillreach" else [base]
+        names = [f"{base}.{alias.name}" for alias in node.names]
     else:
         return
     for name in names:
@@ -72,6 +89,31 @@ def upward_imports(source: str, module: tuple[str, ...], is_package: bool = Fals
     return found
 
 
+def run_at_import(node: ast.AST) -> Iterator[ast.AST]:
+    """The statements below a node that run when their module is imported."""
+    for child in ast.iter_child_nodes(node):
+        for_types = isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING"
+        if not for_types and not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+            yield child
+            yield from run_at_import(child)
+
+
+def circle(sources: dict[tuple[str, ...], tuple[str, bool]]) -> list[str]:
+    """Modules that import each other in a circle, by name as source and whether it is a package; [] for none."""
+    graph: dict[tuple[str, ...], set[tuple[str, ...]]] = {}
+    for module, (source, is_package) in sources.items():
+        graph[module] = set()
+        for statement in run_at_import(ast.parse(source)):
+            for name in imported_modules(statement, module, is_package):
+                known = [name[:length] for length in range(len(name), 0, -1) if name[:length] in sources]
+                graph[module].update(known[:1])
+    try:
+        graphlib.TopologicalSorter(graph).prepare()
+    except graphlib.CycleError as error:
+        return [".".join(name) for name in error.args[1]]
+    return []
+
+
 def modules() -> list[tuple[tuple[str, ...], Path]]:
     """Every module of the package but its root `__init__`, which re-exports the public names of all layers."""
     paths = sorted(path for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__init__.py")
@@ -91,6 +133,31 @@ def test_no_module_imports_a_later_layer() -> None:
     assert upward == []
 
 
+def test_no_module_imports_itself_by_way_of_others() -> None:
+    sources = {}
+    for module, path in modules():
+        is_package = module[-1] == "__init__"
+        sources[module[:-1] if is_package else module] = path.read_text(encoding="utf-8"), is_package
+    assert circle(sources) == []
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "found"),
+    [
+        ("from stillreach.arm.b import x", "from stillreach.arm import a", True),
+        ("from stillreach.arm import b", "from stillreach.arm.a import y", True),
+        ("from . import b", "import stillreach.arm.a", True),
+        ("from stillreach.arm.b import x", "from stillreach.arm import y", True),
+        ("from stillreach.arm.b import x", "def f():\n    from stillreach.arm import a", False),
+        ("from stillreach.arm.b import x", "if TYPE_CHECKING:\n    from stillreach.arm import a", False),
+        ("from stillreach.arm.b import x", "import stillreach.arm_other", False),
+    ],
+)
+def test_a_circle_of_imports_is_seen(first: str, second: str, found: bool) -> None:
+    sources = {("arm",): ("from stillreach.arm.a import y", True), ("arm", "a"): (first, False)}
+    assert bool(circle({**sources, ("arm", "b"): (second, False)})) is found
+
+
 @pytest.mark.parametrize(
     ("module", "statement"),
     [
@@ -100,7 +167,7 @@ def test_no_module_imports_a_later_layer() -> None:
         ("arm.joint", "import stillreach as sr"),
         ("bounds", "from .control import Controller"),
         ("laws.damping", "def solve():\n    import stillreach.simulation.run"),
-        ("simulation.run", "def save():\n    from stillreach.show import plots"),
+        ("simulation.run", "def save():\n    from stillreach.show import outcome"),
     ],
 )
 def test_an_upward_import_is_seen(module: str, statement: str) -> None:
@@ -129,7 +196,8 @@ def test_no_header_includes_a_later_layer() -> None:
         name = header.relative_to(top).as_posix()
         for quoted in re.findall(r'#include "(.*)"', header.read_text(encoding="utf-8")):
             included = quoted.removeprefix("stillreach/")
-            assert quoted == f"stillreach/{included}" and (top / included).is_file(), (name, quoted)
+            assert quoted == f"stillreach/{included}", name
+            assert (top / included).is_file(), (name, quoted)
             seen += 1
             if header_rank(included) > header_rank(name):
                 upward.append(f"{name} includes {included}")

@@ -59,25 +59,35 @@ struct BatchMemory {
   LaneSystem system;
   double typical;           // typical_rate() of shared bounds
   double* single;           // 32 n + 64 numbers for rows that are solved alone
-  std::int8_t* bytes;       // 4 n
+  std::int8_t* bytes;       // 3 n
 };
 
-STILLREACH_INLINE std::size_t batch_packs(int n) { return (4 + 12 + 2 * 6 + 16) * static_cast<std::size_t>(n) + 36; }
+STILLREACH_INLINE std::size_t batch_packs(int n) { return (4 + 12 + 2 * 6 + 16) * to_size(n) + 36; }
 STILLREACH_INLINE std::size_t batch_doubles(int n, bool full) {
-  return kLanes * batch_packs(n) + 32 * static_cast<std::size_t>(n) + 64 + workspace_doubles(n, full);
+  return kLanes * batch_packs(n) + 32 * to_size(n) + 64 + workspace_doubles(n, full);
 }
-STILLREACH_INLINE std::size_t batch_ints(int n) { return workspace_ints(n) + n; }
-STILLREACH_INLINE std::size_t batch_bytes(int n) { return workspace_bytes(n) + 4 * static_cast<std::size_t>(n); }
+STILLREACH_INLINE std::size_t batch_ints(int n) { return workspace_ints(n) + to_size(n); }
+STILLREACH_INLINE std::size_t batch_bytes(int n) { return workspace_bytes(n) + 3 * to_size(n); }
 
 // doubles: on a 64-byte boundary.
 inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* ints, std::int8_t* bytes) {
   BatchMemory b;
   Wide* at = static_cast<Wide*>(static_cast<void*>(doubles));
-  const auto take = [&at](std::size_t count) { Wide* p = at; at += count; return p; };
-  b.q = take(n), b.lower = take(n), b.upper = take(n), b.rates = take(n), b.residual = take(6);
-  b.jacobian = take(6 * n), b.task_jacobian = take(6 * n);
+  const auto take = [&at](int count) { Wide* p = at; at += count; return p; };
+  b.q = take(n);
+  b.lower = take(n);
+  b.upper = take(n);
+  b.rates = take(n);
+  b.residual = take(6);
+  b.jacobian = take(6 * n);
+  b.task_jacobian = take(6 * n);
   LaneSystem& s = b.system;
-  s.columns = take(6 * n), s.shapes = take(6 * n), s.few = take(30), s.scale = take(n), s.limit = take(n), s.z = take(n);
+  s.columns = take(6 * n);
+  s.shapes = take(6 * n);
+  s.few = take(30);
+  s.scale = take(n);
+  s.limit = take(n);
+  s.z = take(n);
   Wide** const vectors[] = {&s.top, &s.bottom, &s.lower, &s.upper, &s.length, &s.answer, &s.trial, &s.releases, &s.side};
   for (Wide** v : vectors) *v = take(n);
   s.works = static_cast<Lanes*>(static_cast<void*>(take(n)));
@@ -85,7 +95,7 @@ inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* int
   s.column = static_cast<const Wide**>(static_cast<void*>(take(n)));
   s.masked_column = static_cast<const Wide**>(static_cast<void*>(take(n)));
   b.single = doubles + kLanes * batch_packs(n);
-  b.workspace = make_workspace(n, full, b.single + 32 * static_cast<std::size_t>(n) + 64, ints, bytes);
+  b.workspace = make_workspace(n, full, b.single + 32 * to_size(n) + 64, ints, bytes);
   s.joint = ints + workspace_ints(n);
   b.bytes = bytes + workspace_bytes(n);
   return b;
@@ -95,7 +105,7 @@ inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* int
 STILLREACH_INLINE bool leaves_room(double low, double high) { return low <= high && low < infinity() && high > -infinity(); }
 
 // One row's bounds with position limits and acceleration window, as a controller's tick makes them. to: 2 n numbers. bytes:
-// 3 n, the last 2 n of which receive the reasons of lower and upper bounds.
+// 2 n, which receive the reasons of lower and upper bounds.
 struct LimitedStatus {
   std::int32_t bounds;
   bool runaway;
@@ -107,23 +117,29 @@ inline LimitedStatus limited_bounds(const Batch& b, std::ptrdiff_t row, double* 
   const int n = b.arm.n;
   const double *low = b.lower + row * b.bounds_stride, *high = b.upper + row * b.bounds_stride;
   ControllerState c{};
-  c.lower = to, c.upper = to + n, c.period = b.period;
-  c.position_lower = const_cast<double*>(b.position_lower), c.position_upper = const_cast<double*>(b.position_upper);
-  c.acceleration = const_cast<double*>(b.acceleration), c.last = const_cast<double*>(b.last + row * n);
-  c.rate_lower = const_cast<double*>(low), c.rate_upper = const_cast<double*>(high), c.fault_value = const_cast<double*>(low);
-  c.health = bytes, c.lower_reason = bytes + n, c.upper_reason = bytes + 2 * n;
+  c.lower = to;
+  c.upper = to + n;
+  c.period = b.period;
+  c.position_lower = b.position_lower;
+  c.position_upper = b.position_upper;
+  c.acceleration = b.acceleration;
+  c.last = const_cast<double*>(b.last + row * n);
+  c.rate_lower = low;
+  c.rate_upper = high;
+  c.lower_reason = bytes;
+  c.upper_reason = bytes + n;
   std::int32_t status = OK;
   bool runaway = false;
   for (int i = 0; i < n; ++i) {
-    c.health[i] = low[i] < high[i] ? HEALTHY : RUNAWAY;
-    runaway |= !(low[i] < high[i]) && low[i] != 0.0;
-    status |= limit_joint(c, i, b.q[row * n + i]);
+    const bool free = low[i] < high[i];
+    runaway |= !free && low[i] != 0.0;
+    status |= limit_joint(c, i, free ? Fault{} : Fault{Health::RUNAWAY, {low[i], 0.0}}, b.q[row * n + i]);
     if (!leaves_room(low[i], high[i])) c.lower[i] = infinity();  // limits may not make an answer of what is no question
   }
   return {status, runaway};
 }
 
-// Rows that are no question: a number that is none, or bounds that leave no rate.
+// Invalid rows: NaN or infinite inputs, or contradictory bounds.
 inline bool answerable(const Batch& b, std::ptrdiff_t row) {
   const int n = b.arm.n;
   double doubt = 0.0;
@@ -157,18 +173,22 @@ inline void write_single(const Batch& b, std::ptrdiff_t row, const Answer& out) 
   if (b.iterations) b.iterations[row] = out.iterations;
 }
 
-// At rest, as far as the bounds let it: what a row gets that is no question.
+// The result of an invalid row: rates of 0, or the nearest values inside the bounds.
 inline void write_invalid(const Batch& b, std::ptrdiff_t row, double* rates, std::int8_t* active) {
   const int n = b.arm.n;
   const double *low = b.lower + row * b.bounds_stride, *high = b.upper + row * b.bounds_stride;
   double residual[kRows] = {0, 0, 0, 0, 0, 0};
   for (int i = 0; i < n; ++i) {
     const bool room = leaves_room(low[i], high[i]);
-    rates[i] = room ? clamp(0.0, low[i], high[i]) : 0.0, active[i] = room && low[i] == high[i] ? FAULT : FREE;
+    rates[i] = room ? clamp(0.0, low[i], high[i]) : 0.0;
+    active[i] = code(room && low[i] == high[i] ? Reason::FAULT : Reason::FREE);
   }
   write_single(b, row, Answer{rates, residual, active, INVALID_INPUT, 0, 0.0, 0.0, 0.0});
   const double nothing[12] = {};
-  if (b.pose) write_pose(nothing, b.pose + 16 * row), b.pose[16 * row + 15] = 0.0;
+  if (b.pose) {
+    write_pose(nothing, b.pose + 16 * row);
+    b.pose[16 * row + 15] = 0.0;
+  }
   if (b.jacobian)
     for (int i = 0; i < b.m * n; ++i) b.jacobian[row * b.m * n + i] = 0.0;
 }
@@ -206,14 +226,18 @@ inline STILLREACH_NOINLINE void solve_alone(const Batch& b, std::ptrdiff_t row, 
       for (int r = 0; r < m; ++r) b.jacobian[(row * m + r) * n + i] = task[m * i + r];
   const double *low = b.lower + row * b.bounds_stride, *high = b.upper + row * b.bounds_stride;
   LimitedStatus limited{OK, true};
-  if (b.acceleration) limited = limited_bounds(b, row, bounds, w.bytes + n), low = bounds, high = bounds + n;
+  if (b.acceleration) {
+    limited = limited_bounds(b, row, bounds, w.bytes + n);
+    low = bounds;
+    high = bounds + n;
+  }
   for (int i = 0; i < n; ++i) active[i] = 0;
   const Problem p{m, n, task, twist, low, high, b.reference ? b.reference + row * b.reference_stride : nullptr, b.metric, row_typical(b, row)};
   Answer out{rates, residual, active, OK, 0, 0.0, 1.0, 0.0};
   solve_law(b.law, p, w.workspace, out);
   out.status = limited.with(out.status);
   for (int i = 0; i < n; ++i)
-    active[i] = b.acceleration ? active_reason(active[i], w.bytes[2 * n + i], w.bytes[3 * n + i]) : bound_reason(active[i]);
+    active[i] = b.acceleration ? active_reason(active[i], w.bytes[n + i], w.bytes[2 * n + i]) : bound_reason(active[i]);
   write_single(b, row, out);
 }
 
@@ -240,8 +264,8 @@ inline void write_more(const Batch& b, const std::ptrdiff_t* row, int lanes, con
         for (int r = 0; r < M; ++r) b.jacobian[(row[l] * M + r) * n + i] = p.jacobian[M * i + r][l];
       if (!b.active) continue;
       const double rate = out.rates[i][l], lower = p.lower[i][l], upper = p.upper[i][l];
-      const std::int8_t code = bound_code(rate, lower, upper);
-      b.active[row[l] * n + i] = b.acceleration ? active_reason(code, w.bytes[n + i], w.bytes[2 * n + i]) : bound_reason(code);
+      const std::int8_t met = bound_code(rate, lower, upper);
+      b.active[row[l] * n + i] = b.acceleration ? active_reason(met, w.bytes[i], w.bytes[n + i]) : bound_reason(met);
     }
   }
 }
@@ -267,7 +291,7 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
     point(b.q, n);
     load_lanes(from, n, w.q);
     arm_kinematics(b.arm, static_cast<const Wide*>(w.q), w.system.shapes, pose, w.jacobian);  // shapes: free until then
-    for (int r = 9; r < 12; ++r) doubt += pose[r] - pose[r];  // any q that is no number ends up here
+    for (int r = 9; r < 12; ++r) doubt += pose[r] - pose[r];  // a NaN in q ends up here
     if (!b.every_row) {
       for (int i = 0; i < n; ++i)
         for (int r = 0; r < M; ++r) w.task_jacobian[M * i + r] = w.jacobian[6 * i + b.rows[r]];
@@ -287,21 +311,28 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
   if (b.acceleration) {
     for (int l = 0; l < kLanes; ++l) {
       double* to = w.single + 2 * n * l;
-      low[l] = to, high[l] = to + n, limited[l] = limited_bounds(b, row[l], to, w.bytes);
+      low[l] = to;
+      high[l] = to + n;
+      limited[l] = limited_bounds(b, row[l], to, w.bytes);
       for (int i = 0; i < n; ++i) doubt[l] += b.last[row[l] * n + i] - b.last[row[l] * n + i];
     }
   } else if (b.bounds_stride != 0) {
-    for (int l = 0; l < kLanes; ++l) low[l] = b.lower + row[l] * b.bounds_stride, high[l] = b.upper + row[l] * b.bounds_stride;
+    for (int l = 0; l < kLanes; ++l) {
+      low[l] = b.lower + row[l] * b.bounds_stride;
+      high[l] = b.upper + row[l] * b.bounds_stride;
+    }
   }
   Lanes good = doubt == wide(0.0);
   if (b.acceleration || b.bounds_stride != 0) {
-    load_lanes(low, n, w.lower), load_lanes(high, n, w.upper);
+    load_lanes(low, n, w.lower);
+    load_lanes(high, n, w.upper);
     for (int i = 0; i < n; ++i)
       good &= (w.lower[i] <= w.upper[i]) & (w.lower[i] < wide(infinity())) & (w.upper[i] > wide(-infinity()));
     prepare_lanes(b.law, p, w.system, w.rates);
   }
   LaneAnswer out;
-  out.rates = w.rates, out.residual = w.residual;
+  out.rates = w.rates;
+  out.residual = w.residual;
   good &= solve_lanes<M>(b.law, p, deep, b.residual || b.task_error, w.system, out);
   const int answered = bits_of(good) & lanes;
   if (!answered) return 0;
@@ -366,9 +397,12 @@ inline bool bounds_leave_room(const Batch& b) {
 inline void solve_rows(const Batch& b, std::ptrdiff_t first, std::ptrdiff_t last, BatchMemory& w) {
   const bool shared = b.bounds_stride == 0;
   if (shared && b.law.parts > 0) w.typical = row_typical(b, 0);
-  if (suits_lanes(b.arm.n, b.m, b.metric) && !b.tool_axes && !b.reference && (!shared || bounds_leave_room(b))) {
+  if (suits_lanes(b.law.kind, b.arm.n, b.m, b.metric) && !b.tool_axes && !b.reference && (!shared || bounds_leave_room(b))) {
     if (shared && !b.acceleration) {
-      for (int i = 0; i < b.arm.n; ++i) w.lower[i] = wide(b.lower[i]), w.upper[i] = wide(b.upper[i]);
+      for (int i = 0; i < b.arm.n; ++i) {
+        w.lower[i] = wide(b.lower[i]);
+        w.upper[i] = wide(b.upper[i]);
+      }
       prepare_lanes(b.law, LaneProblem{b.arm.n, nullptr, nullptr, w.lower, w.upper, b.metric}, w.system, w.rates);
     }
     return b.m == 6 ? solve_lane_rows<6>(b, first, last, w) : solve_lane_rows<3>(b, first, last, w);

@@ -33,8 +33,8 @@ STILLREACH_BEGIN
 
 // What one thread needs; doubles on a 64-byte boundary.
 STILLREACH_INLINE std::size_t kinematics_doubles(int n, int count, bool full) {
-  const std::size_t k = static_cast<std::size_t>(count);
-  return kLanes * (15 * static_cast<std::size_t>(n) + 16) + (kStride + kRows) * k + (full ? k * k : 0);
+  const std::size_t k = to_size(count);
+  return kLanes * (15 * to_size(n) + 16) + (kStride + kRows) * k + (full ? k * k : 0);
 }
 
 // Singular values of the weighted columns, and their product. columns: (kStride + kRows) count numbers, and behind them the
@@ -51,7 +51,10 @@ inline void singular_values(const KinematicsBatch& b, double* columns, double* s
   Spectrum s;
   spectrum(b.m, columns, nullptr, k, 0.0, work, s);
   product = k < b.m ? 0.0 : 1.0;
-  for (int j = 0; j < most; ++j) sigma[j] = is_finite(total) ? s.sigma[j] * unit : __builtin_nan(""), product *= sigma[j];
+  for (int j = 0; j < most; ++j) {
+    sigma[j] = is_finite(total) ? s.sigma[j] * unit : __builtin_nan("");
+    product *= sigma[j];
+  }
 }
 
 // The columns of lane l's Jacobian as the task sees them.
@@ -71,7 +74,7 @@ inline void kinematics_rows(const KinematicsBatch& b, std::ptrdiff_t first, std:
   const int n = b.arm.n, most = b.m < b.count ? b.m : b.count;
   Wide* q = static_cast<Wide*>(static_cast<void*>(doubles));
   Wide *jacobian = q + n, *scratch = jacobian + 6 * n, *ordered = scratch + 2 * n, pose[12];
-  double *columns = doubles + kLanes * (15 * static_cast<std::size_t>(n) + 16), sigma[kRows], product, *to[kLanes];
+  double *columns = doubles + kLanes * (15 * to_size(n) + 16), sigma[kRows], product, *to[kLanes];
   const bool spectra = b.singular_values || b.manipulability;
   if (spectra && b.metric.joints) factor_weight(n, b.metric.joints, b.joints, b.count, columns + (kStride + kRows) * b.count);
   for (std::ptrdiff_t at = first; at < last; at += kLanes) {

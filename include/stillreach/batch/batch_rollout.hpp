@@ -35,7 +35,7 @@ constexpr int kRolloutBlock = 64;
 
 STILLREACH_BEGIN
 
-STILLREACH_INLINE std::size_t rollout_doubles(int n) { return kRolloutBlock * (6 * static_cast<std::size_t>(n) + 7); }
+STILLREACH_INLINE std::size_t rollout_doubles(int n) { return kRolloutBlock * (6 * to_size(n) + 7); }
 
 // The memory of one block: rows of n each, but twist (6) and error (1).
 struct RolloutMemory {
@@ -46,8 +46,12 @@ struct RolloutMemory {
 inline RolloutMemory make_rollout_memory(int n, double* doubles) {
   RolloutMemory w;
   double** const vectors[] = {&w.q, &w.rates, &w.last, &w.at, &w.mean, &w.stage};
-  for (double** v : vectors) *v = doubles, doubles += kRolloutBlock * n;
-  w.twist = doubles, w.error = doubles + 6 * kRolloutBlock;
+  for (double** v : vectors) {
+    *v = doubles;
+    doubles += kRolloutBlock * n;
+  }
+  w.twist = doubles;
+  w.error = doubles + 6 * kRolloutBlock;
   return w;
 }
 
@@ -68,9 +72,15 @@ inline void record_step(const BatchRollout& r, std::ptrdiff_t first, int count, 
 // The later stages of fourth-order Runge-Kutta; w.mean receives the mean rates over the step.
 inline void runge_kutta(const BatchRollout& r, Batch b, int count, BatchMemory& memory, RolloutMemory& w) {
   const int numbers = count * r.batch.arm.n;
-  for (int i = 0; i < numbers; ++i) w.stage[i] = w.rates[i], w.mean[i] = w.rates[i] / 6.0;
+  for (int i = 0; i < numbers; ++i) {
+    w.stage[i] = w.rates[i];
+    w.mean[i] = w.rates[i] / 6.0;
+  }
   std::int32_t status[kRolloutBlock];
-  b.q = w.at, b.rates = w.stage, b.status = status, b.task_error = nullptr;
+  b.q = w.at;
+  b.rates = w.stage;
+  b.status = status;
+  b.task_error = nullptr;
   for (int s = 1; s < 4; ++s) {
     const double reach = s < 3 ? 0.5 * r.period : r.period, share = s < 3 ? 1.0 / 3.0 : 1.0 / 6.0;
     for (int i = 0; i < numbers; ++i) w.at[i] = madd(reach, w.stage[i], w.q[i]);
@@ -83,10 +93,16 @@ inline void runge_kutta(const BatchRollout& r, Batch b, int count, BatchMemory& 
 inline void rollout_rows(const BatchRollout& r, std::ptrdiff_t first, std::ptrdiff_t last, BatchMemory& memory, RolloutMemory& w) {
   const int n = r.batch.arm.n, count = static_cast<int>(last - first);
   Batch b = r.batch;
-  b.q = w.q, b.twist = w.twist, b.twist_stride = 6, b.rates = w.rates, b.status = w.status, b.task_error = w.error;
-  b.lower += first * b.bounds_stride, b.upper += first * b.bounds_stride;
+  b.q = w.q;
+  b.twist = w.twist;
+  b.twist_stride = 6;
+  b.rates = w.rates;
+  b.status = w.status;
+  b.task_error = w.error;
+  b.lower += first * b.bounds_stride;
+  b.upper += first * b.bounds_stride;
   if (b.acceleration) b.last = w.last;
-  const std::size_t bytes = sizeof(double) * static_cast<std::size_t>(count) * n;
+  const std::size_t bytes = sizeof(double) * to_size(count * n);
   __builtin_memcpy(w.q, r.start + first * n, bytes);
   for (int i = 0; i < count * n; ++i) w.last[i] = r.last ? r.last[first * n + i] : 0.0;
   for (int row = 0; row < count; ++row) {
@@ -103,7 +119,10 @@ inline void rollout_rows(const BatchRollout& r, std::ptrdiff_t first, std::ptrdi
       if (r.any_status) r.any_status[first + row] |= w.status[row];
     }
     const double* mean = w.rates;
-    if (r.runge_kutta) runge_kutta(r, b, count, memory, w), mean = w.mean;
+    if (r.runge_kutta) {
+      runge_kutta(r, b, count, memory, w);
+      mean = w.mean;
+    }
     for (int i = 0; i < count * n; ++i) w.q[i] = madd(r.period, mean[i], w.q[i]);
     __builtin_memcpy(w.last, w.rates, bytes);
   }

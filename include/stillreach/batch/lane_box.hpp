@@ -15,7 +15,6 @@ struct LaneBox {
   const Wide* length;         // k
   const Wide* lower;          // k, of z
   const Wide* upper;          // k
-  Wide kappa;
   Wide* z;                    // k
   Wide* target;               // k
   Wide* trial;                // k
@@ -26,27 +25,18 @@ struct LaneBox {
   Wide* narrow;               // (M - 1) M: those columns one after the other, where they are fewer than rows
   const Wide** masked_column; // k
   Wide iterations;
-  Wide residual[M], dual[M], condition;  // of the last solve
+  Wide residual[kRows], dual[kRows], condition;  // of the last solve
 };
 
-struct LaneObjective {
-  Wide error, norm;
-};
+using LaneObjective = ObjectiveOf<Wide>;
 
 template <int M>
 inline LaneObjective objective(const LaneBox<M>& b, const Wide* rhs, const Wide* z) {
-  Wide e[M];
+  Wide e[kRows];
   residual_of<M>(b.column, b.k, rhs, z, e);
   LaneObjective o{dot<M>(e, e), wide(0.0)};
   for (int i = 0; i < b.k; ++i) o.norm = madd(z[i], z[i], o.norm);
-  const Lanes damped = b.kappa > wide(0.0);
-  o.error = select(damped, madd(b.kappa, o.norm, o.error), o.error), o.norm = select(damped, wide(0.0), o.norm);
   return o;
-}
-
-STILLREACH_INLINE Lanes lower_than(const LaneObjective& a, const LaneObjective& b, Wide noise) {
-  const Wide slack = wide(kDescent) * b.error + noise;
-  return (a.error < b.error - slack) | ((a.error <= b.error + slack) & (a.norm < b.norm * wide(1.0 - kDescent)));
 }
 
 STILLREACH_INLINE LaneObjective select(Lanes where, const LaneObjective& a, const LaneObjective& b) {
@@ -57,18 +47,18 @@ STILLREACH_INLINE LaneObjective select(Lanes where, const LaneObjective& a, cons
 template <int M>
 struct NarrowFactor {
   static constexpr int S = M - 1;
-  Wide lower[S][S], inverse[S][S], pivot_inverse[S], condition;
+  Wide lower[kRows - 1][kRows - 1], inverse[kRows - 1][kRows - 1], pivot_inverse[kRows - 1], condition;
 };
 
 template <int M>
-inline void factor_narrow(const Wide* columns, Wide count, Wide kappa, NarrowFactor<M>& f) {
+inline void factor_narrow(const Wide* columns, Wide count, NarrowFactor<M>& f) {
   constexpr int S = M - 1;
-  Wide g[S][S], w[S][S], trace = wide(0.0), inverse_trace = wide(0.0);
-  Lanes there[S], positive = every_lane();
+  Wide g[kRows - 1][kRows - 1], w[kRows - 1][kRows - 1], trace = wide(0.0), inverse_trace = wide(0.0);
+  Lanes there[kRows - 1], positive = every_lane();
   for (int i = 0; i < S; ++i) {
     there[i] = wide(i) < count;
     for (int j = 0; j <= i; ++j) g[i][j] = dot<M>(columns + i * M, columns + j * M);
-    g[i][i] = select(there[i], g[i][i] + kappa, wide(1.0));
+    g[i][i] = select(there[i], g[i][i], wide(1.0));
   }
   for (int j = 0; j < S; ++j) {
     trace += select(there[j], g[j][j], wide(0.0));
@@ -98,7 +88,7 @@ inline void factor_narrow(const Wide* columns, Wide count, Wide kappa, NarrowFac
 template <int M>
 inline void solve(const NarrowFactor<M>& f, const Wide* b, Wide* x) {
   constexpr int S = M - 1;
-  Wide y[S];
+  Wide y[kRows - 1];
   for (int i = 0; i < S; ++i) {
     Wide sum = b[i];
     for (int k = 0; k < i; ++k) sum = madd(f.inverse[i][k], b[k], sum);
@@ -125,7 +115,7 @@ STILLREACH_INLINE void narrow_residual(const Wide* columns, const Wide* rhs, con
 template <int M>
 inline STILLREACH_NOINLINE Lanes solve_narrow(LaneBox<M>& b, const Wide* rest, Lanes where, Wide count) {
   constexpr int S = M - 1;
-  int joint[kLanes][S], number[kLanes];
+  int joint[kLanes][kRows - 1], number[kLanes];
   STILLREACH_UNROLL for (int i = 0; i < S * M; ++i) b.narrow[i] = wide(0.0);
   for (int l = 0; l < kLanes; ++l) {
     number[l] = 0;
@@ -137,8 +127,8 @@ inline STILLREACH_NOINLINE Lanes solve_narrow(LaneBox<M>& b, const Wide* rest, L
     }
   }
   NarrowFactor<M> f;
-  factor_narrow<M>(b.narrow, count, b.kappa, f);
-  Wide y[S], z[S], residual[M], dual[M];
+  factor_narrow<M>(b.narrow, count, f);
+  Wide y[kRows - 1], z[kRows - 1], residual[kRows], dual[kRows];
   for (int i = 0; i < S; ++i) y[i] = dot<M>(b.narrow + i * M, rest);
   solve<M>(f, y, z);
   narrow_residual<M>(b.narrow, rest, z, residual);
@@ -147,19 +137,18 @@ inline STILLREACH_NOINLINE Lanes solve_narrow(LaneBox<M>& b, const Wide* rest, L
   for (const double limit : limits) {
     const Lanes again = trusted & (f.condition > wide(limit));
     if (!any(again)) break;
-    for (int i = 0; i < S; ++i) y[i] = madd(-b.kappa, z[i], dot<M>(b.narrow + i * M, residual));
+    for (int i = 0; i < S; ++i) y[i] = dot<M>(b.narrow + i * M, residual);
     solve<M>(f, y, y);
     for (int i = 0; i < S; ++i) z[i] = select(again, z[i] + y[i], z[i]);
     narrow_residual<M>(b.narrow, rest, z, residual);
   }
-  const Wide zeros[M] = {};
+  const Wide zeros[kRows] = {};
   solve<M>(f, z, y);
   for (int i = 0; i < S; ++i) y[i] = -y[i];
   narrow_residual<M>(b.narrow, zeros, y, dual);
-  const Lanes damped = b.kappa > wide(0.0);
   for (int r = 0; r < M; ++r) {
     b.residual[r] = select(trusted, residual[r], b.residual[r]);
-    b.dual[r] = select(trusted, select(damped, residual[r] / b.kappa, dual[r]), b.dual[r]);
+    b.dual[r] = select(trusted, dual[r], b.dual[r]);
   }
   b.condition = select(trusted, f.condition, b.condition);
   for (int l = 0; l < kLanes; ++l)
@@ -171,7 +160,7 @@ inline STILLREACH_NOINLINE Lanes solve_narrow(LaneBox<M>& b, const Wide* rest, L
 template <int M>
 inline Lanes solve_free(LaneBox<M>& b, const Wide* rhs, Lanes where) {
   const Wide zero = wide(0.0);
-  Wide rest[M], count = zero;
+  Wide rest[kRows], count = zero;
   for (int r = 0; r < M; ++r) rest[r] = rhs[r];
   for (int i = 0; i < b.k; ++i) {
     const Lanes free = b.works[i] & (b.side[i] == zero);
@@ -186,20 +175,19 @@ inline Lanes solve_free(LaneBox<M>& b, const Wide* rhs, Lanes where) {
   Lanes trusted = none;
   if (any(enough)) {
     LaneInner<M> in;
-    trusted |= enough & solve_wide<M>(b.masked_column, b.k, rest, b.kappa, b.trial, in);
+    trusted |= enough & solve_wide<M>(b.masked_column, b.k, rest, zero, b.trial, in);
     for (int i = 0; i < b.k; ++i) b.target[i] = select(enough, b.trial[i], b.target[i]);
     for (int r = 0; r < M; ++r) {
-      b.residual[r] = select(enough, b.kappa * in.dual[r], b.residual[r]);
+      b.residual[r] = select(enough, zero, b.residual[r]);
       b.dual[r] = select(enough, in.dual[r], b.dual[r]);
     }
     b.condition = select(enough, in.condition, b.condition);
   }
   if (any(narrow)) trusted |= solve_narrow<M>(b, rest, narrow, count);
   if (any(none)) {
-    const Lanes damped = b.kappa > zero;
     for (int r = 0; r < M; ++r) {
       b.residual[r] = select(none, rest[r], b.residual[r]);
-      b.dual[r] = select(none, select(damped, rest[r] / b.kappa, zero), b.dual[r]);
+      b.dual[r] = select(none, zero, b.dual[r]);
     }
     b.condition = select(none, zero, b.condition);
   }
@@ -264,21 +252,16 @@ inline void advance(LaneBox<M>& b, const Wide* rhs, Lanes where, Lanes first, Wi
 template <int M>
 inline Wide choose_release(const LaneBox<M>& b, Wide size, Lanes where, Lanes& barred) {
   const Wide zero = wide(0.0);
-  Wide floor = zero;
-  Lanes settled = b.kappa > zero;
-  const bool undamped = any(where & ~settled);  // where all lanes are damped, the task error has no say
-  if (undamped) {
-    Wide along = zero, longest = zero;
-    for (int i = 0; i < b.k; ++i) {
-      const Lanes free = b.works[i] & (b.side[i] == zero);
-      b.trial[i] = dot<M>(b.column[i], b.residual);
-      size = larger(size, select(b.works[i], magnitude(b.z[i]) * b.length[i], zero));
-      along = larger(along, select(free, magnitude(b.trial[i]), zero));
-      longest = larger(longest, select(free, b.length[i], zero));
-    }
-    floor = larger(wide(1e-16) * size, select(longest > zero, kAlong * along / longest, zero));
-    settled |= dot<M>(b.residual, b.residual) <= wide(kRounding * kRounding) * size * size;
+  Wide along = zero, longest = zero;
+  for (int i = 0; i < b.k; ++i) {
+    const Lanes free = b.works[i] & (b.side[i] == zero);
+    b.trial[i] = dot<M>(b.column[i], b.residual);
+    size = larger(size, select(b.works[i], magnitude(b.z[i]) * b.length[i], zero));
+    along = larger(along, select(free, magnitude(b.trial[i]), zero));
+    longest = larger(longest, select(free, b.length[i], zero));
   }
+  const Wide floor = larger(wide(1e-16) * size, select(longest > zero, kAlong * along / longest, zero));
+  const Lanes settled = dot<M>(b.residual, b.residual) <= wide(kRounding * kRounding) * size * size;
   const Wide dual_size = square_root(dot<M>(b.dual, b.dual));
   Wide first = wide(-1.0), second = wide(-1.0), first_gain = zero, second_gain = zero;
   barred = no_lane();
@@ -286,14 +269,12 @@ inline Wide choose_release(const LaneBox<M>& b, Wide size, Lanes where, Lanes& b
     const Lanes fixed = where & b.works[i] & (b.side[i] != zero), spent = b.releases[i] >= wide(kMaxReleases);
     if (!any(fixed)) continue;
     const Wide side = b.side[i], length = b.length[i], number = wide(i);
-    Lanes counts = no_lane();
-    if (undamped) {
-      const Wide primary = select(settled, zero, -side * b.trial[i]);
-      counts = fixed & (magnitude(primary) > length * floor);
-      const Lanes pays = counts & (primary >= zero), better = pays & ~spent & (primary > first_gain * length);
-      barred |= pays & spent;
-      first = select(better, number, first), first_gain = select(better, primary / length, first_gain);
-    }
+    const Wide primary = select(settled, zero, -side * b.trial[i]);
+    const Lanes counts = fixed & (magnitude(primary) > length * floor);
+    const Lanes pays = counts & (primary >= zero), better = pays & ~spent & (primary > first_gain * length);
+    barred |= pays & spent;
+    first = select(better, number, first);
+    first_gain = select(better, primary / length, first_gain);
     if (!any(fixed & ~counts)) continue;
     const Wide z = b.z[i], secondary = side * (z - dot<M>(b.column[i], b.dual));
     const Lanes nearer = fixed & ~counts & (secondary > wide(1e-12) * (magnitude(z) + length * dual_size));
@@ -333,8 +314,8 @@ inline Lanes solve_box(LaneBox<M>& b, const Wide* rhs, Lanes live, Lanes solved)
     const Wide release = choose_release<M>(b, size, live & all_inside, barred);
     live &= ~(all_inside & barred);
     const Lanes releasing = live & all_inside & (release >= zero), done = live & all_inside & ~releasing;
-    // An undamped answer from a nearly singular set of columns gets a second, careful stage in the single tick.
-    found |= done & ((b.kappa > zero) | (b.condition <= wide(kTwiceCondition)));
+    // An answer from a nearly singular set of columns gets a second, careful stage in the single tick.
+    found |= done & (b.condition <= wide(kTwiceCondition));
     live &= ~done;
     if (!any(releasing)) continue;
     now = select(releasing, objective<M>(b, rhs, b.z), now), first &= ~releasing;

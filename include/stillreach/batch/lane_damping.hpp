@@ -8,7 +8,7 @@ STILLREACH_BEGIN
 
 // jacobi() of spectrum.hpp without the rotations' product, in the lanes of `where`.
 template <int M>
-inline void jacobi(Lanes where, Wide (*triangle)[M]) {
+inline void jacobi(Lanes where, Wide (*triangle)[kRows]) {
   const auto product = [](const Wide* a, const Wide* b) {  // in the order of the single tick's packs
     Wide part[4];
     for (int r = 0; r < 4; ++r) part[r] = r < M ? a[r] * b[r] : wide(0.0);
@@ -36,7 +36,7 @@ inline void jacobi(Lanes where, Wide (*triangle)[M]) {
 
 // Singular values and left vectors, falling, by odd-even exchange. Ties have no order of their own: those lanes are rejected.
 template <int M>
-inline Lanes sort_spectrum(Wide (*triangle)[M], double threshold, Wide* sigma) {
+inline Lanes sort_spectrum(Wide (*triangle)[kRows], double threshold, Wide* sigma) {
   for (int j = 0; j < M; ++j) {
     Wide sum = wide(0.0);
     for (int r = 0; r < M; ++r) sum = madd(triangle[j][r], triangle[j][r], sum);
@@ -62,80 +62,11 @@ inline Lanes sort_spectrum(Wide (*triangle)[M], double threshold, Wide* sigma) {
   return good;
 }
 
-// furthest() of exact_damping.hpp.
-template <int M>
-inline Wide furthest(const Wide* const* column, int k, const Wide* limit, int norm, const Wide* z, Wide* w) {
-  Wide most = wide(0.0), square = wide(0.0), joint = wide(0.0), weight = wide(0.0);
-  for (int j = 0; j < k; ++j) {
-    const Wide u = magnitude(z[j]) * limit[j];
-    const Lanes further = u > most;
-    most = select(further, u, most), joint = select(further, wide(j), joint);
-    weight = select(further, select(z[j] < wide(0.0), -limit[j], limit[j]), weight);
-    square = madd(u, u, square);
-  }
-  if (norm == NORM_INF) {
-    const Wide* chosen[kLanes];
-    for (int l = 0; l < kLanes; ++l) chosen[l] = column[static_cast<int>(joint[l])];
-    for (int r = 0; r < M; ++r) w[r] = pick(chosen, r) * weight;
-    return most;
-  }
-  const Wide size = square_root(square);
-  for (int r = 0; r < M; ++r) w[r] = wide(0.0);
-  for (int j = 0; j < k; ++j) {
-    weight = z[j] * limit[j] / size * limit[j];
-    for (int r = 0; r < M; ++r) w[r] = madd(column[j][r], weight, w[r]);
-  }
-  return size;
-}
-
-// exact_damping() of exact_damping.hpp in the lanes of `where`; in the others kappa is 0. Returns the lanes that were answered.
-template <int M>
-inline Lanes exact_damping(const Wide* const* column, int k, const Wide* rhs, const Wide* limit, int norm, Lanes where, LaneInner<M>& in,
-                          Wide* z, Wide& kappa, Wide& steps) {
-  LaneFactor<M>& f = in.factor;
-  Wide diagonal[M], w[M], v[M], t[M];
-  Lanes settled = no_lane();
-  for (int r = 0; r < M; ++r) diagonal[r] = f.gram[r][r];
-  kappa = steps = wide(0.0);
-  for (int step = 1; step <= kDampingSteps; ++step) {
-    const Wide u = furthest<M>(column, k, limit, norm, z, w);
-    const Lanes meets = where & (u <= wide(1.0 + kLimitSlack));
-    settled |= meets, where &= ~meets;
-    steps = select(meets, wide(step), steps);
-    if (!any(where)) break;
-    solve<M, Wide>(f, w, v), solve<M, Wide>(f, in.dual, t);
-    const Wide b[] = {dot<M>(rhs, in.dual), dot<M>(in.dual, in.dual), dot<M>(in.dual, t)};
-    const Wide c[] = {dot<M>(w, v), dot<M>(v, v), inverse_norm<M, Wide>(f, v)}, g[] = {u, dot<M>(v, in.dual), dot<M>(v, t)};
-    const Wide next = kappa + certain_step(u, b, c, g);
-    where &= next > kappa;
-    kappa = select(where, next, kappa);
-    for (int r = 0; r < M; ++r) f.gram[r][r] = diagonal[r] + kappa;
-    where &= factor<M, Wide>(f) < wide(infinity());
-    solve<M, Wide>(f, rhs, in.dual);
-    for (int j = 0; j < k; ++j) z[j] = dot<M>(column[j], in.dual);
-  }
-  return settled;
-}
-
-// Eq. (16), from the shapes (k x M), beta and sigma^2 of damping.hpp.
-template <int M>
-inline Wide closed_form_damping(const Wide* shapes, int k, const Wide* limit, const Wide* beta, const Wide* square) {
-  Wide left = wide(0.0), right = wide(0.0), inverse[M];
-  for (int j = 0; j < M; ++j) inverse[j] = wide(1.0) / square_root(square[j]);
-  for (int i = 0; i < k; ++i) {
-    Wide sum = wide(0.0);
-    for (int j = 0; j < M; ++j) sum = madd(magnitude(shapes[M * i + j]), inverse[j], sum);
-    left = larger(left, sum * limit[i]);
-  }
-  for (int j = 0; j < M; ++j) right = larger(right, magnitude(beta[j]));
-  return wide(0.25) * left * left * right * right;
-}
-
 // The factor of eq. (16) and the damped answer in z, in the lanes of `where` that are returned; shapes: room for k M packs.
 template <int M>
 inline Lanes closed_form_damping(double rank_tolerance, const Wide* const* column, int k, const Wide* rhs, const Wide* limit, Lanes where,
                                 const LaneInner<M>& in, Wide* shapes, Wide* z, Wide& kappa) {
-  Wide triangle[M][M], sigma[M], beta[M], square[M], weight[M];
+  Wide triangle[kRows][kRows], sigma[kRows], beta[kRows], square[kRows], weight[kRows];
   for (int j = 0; j < M; ++j) {
     const Wide root = wide(1.0) / square_root(in.factor.pivot_inverse[j]);
     for (int i = 0; i < M; ++i) triangle[j][i] = i < j ? wide(0.0) : i == j ? root : in.factor.lower[i][j] * root;
@@ -145,7 +76,7 @@ inline Lanes closed_form_damping(double rank_tolerance, const Wide* const* colum
   for (int j = 0; j < M; ++j) beta[j] = dot<M>(triangle[j], rhs), square[j] = sigma[j] * sigma[j];
   for (int i = 0; i < k; ++i)
     for (int j = 0; j < M; ++j) shapes[i * M + j] = dot<M>(column[i], triangle[j]);
-  kappa = closed_form_damping<M>(shapes, k, limit, beta, square);
+  kappa = closed_form_damping(M, shapes, M, k, limit, beta, square);
   for (int j = 0; j < M; ++j) weight[j] = beta[j] / (square[j] + kappa);
   for (int i = 0; i < k; ++i) {
     z[i] = wide(0.0);
@@ -160,12 +91,12 @@ template <int M>
 inline STILLREACH_NOINLINE Lanes choose_damping(const LawSettings& law, LaneSystem& s, Lanes where, LaneInner<M>& in, Wide& kappa,
                                                Wide& steps) {
   where &= in.condition <= wide(kPlainCondition);
-  const bool exact = law.damping == DAMPING_EXACT;
-  if (!any(where) || (!exact && law.norm == NORM_2)) return no_lane();
+  const bool exact = law.damping == DampingKind::EXACT;
+  if (!any(where) || (!exact && law.norm == NormKind::EUCLIDEAN)) return no_lane();
   Wide found, count = wide(1.0);
   for (int j = 0; j < s.k; ++j) s.answer[j] = s.z[j];
   if (exact)
-    where = exact_damping<M>(s.column, s.k, s.rhs, s.limit, law.norm, where, in, s.answer, found, count);
+    where = exact_damping(Rows<M>{M}, LaneColumns{s.column}, s.k, s.rhs, s.limit, law.norm, where, in.factor, in.dual, s.answer, found, count);
   else
     where = closed_form_damping<M>(law.rank_tolerance, s.column, s.k, s.rhs, s.limit, where, in, s.shapes, s.answer, found);
   const Lanes damped = where & (found > wide(0.0));

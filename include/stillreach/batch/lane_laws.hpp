@@ -10,9 +10,15 @@
 
 STILLREACH_BEGIN
 
-// Problems that have an ordinary way at all.
-STILLREACH_INLINE bool suits_lanes(int n, int m, const Metric& metric) {
-  return (m == 6 || m == 3) && n >= m && !metric.joints;
+// The laws that solve_lanes() answers; the single tick answers all others.
+STILLREACH_INLINE bool has_lanes(LawKind law) {
+  return law == LawKind::PSEUDOINVERSE || law == LawKind::SINGULARITY_ROBUST || law == LawKind::LEAST_ERROR ||
+         law == LawKind::KEEP_DIRECTION;
+}
+
+// Problems that lanes can answer at all.
+STILLREACH_INLINE bool suits_lanes(LawKind law, int n, int m, const Metric& metric) {
+  return has_lanes(law) && (m == 6 || m == 3) && n >= m && !metric.joints;
 }
 
 template <int M>
@@ -46,7 +52,7 @@ template <int M>
 inline Lanes finish_singularity_robust(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Lanes good, bool deep,
                                       LaneInner<M>& in, LaneAnswer& out) {
   out.damping = wide(0.0);
-  if (law.damping == DAMPING_NUMBER) {
+  if (law.damping == DampingKind::NUMBER) {
     out.damping = wide(law.kappa);
     if (law.kappa > 0.0) good &= full_rank<M>(s, law.kappa, in);
   } else {
@@ -55,7 +61,7 @@ inline Lanes finish_singularity_robust(const LawSettings& law, const LaneProblem
       const Wide u = select(s.works[j], magnitude(s.z[j]) * s.limit[j], wide(0.0));
       largest = larger(largest, u), square = madd(u, u, square);
     }
-    const Wide size = law.norm == NORM_2 ? square_root(square) : largest;
+    const Wide size = law.norm == NormKind::EUCLIDEAN ? square_root(square) : largest;
     const Lanes damped = ~(size <= wide(1.0 + kLimitSlack)) & good;
     if (s.even && !any(damped)) {  // nothing to clip but rounding, no side to look at
       for (int j = 0; j < s.k; ++j) {
@@ -87,16 +93,15 @@ inline Lanes finish_singularity_robust(const LawSettings& law, const LaneProblem
 
 // LeastError's search in the lanes of `where`, from the pseudoinverse in s.z. Returns the lanes that were answered.
 template <int M>
-inline STILLREACH_NOINLINE Lanes search_box(const LaneProblem& p, LaneSystem& s, Lanes where, Wide kappa, const LaneInner<M>& in,
-                                           LaneAnswer& out) {
+inline STILLREACH_NOINLINE Lanes search_box(const LaneProblem& p, LaneSystem& s, Lanes where, const LaneInner<M>& in, LaneAnswer& out) {
   LaneBox<M> b;
-  b.k = s.k, b.column = s.column, b.works = s.works, b.length = s.length, b.lower = s.lower, b.upper = s.upper, b.kappa = kappa;
+  b.k = s.k, b.column = s.column, b.works = s.works, b.length = s.length, b.lower = s.lower, b.upper = s.upper;
   b.z = s.answer, b.target = s.z, b.trial = s.trial, b.releases = s.releases, b.side = s.side, b.outside = s.outside;
   b.masked = s.shapes, b.narrow = s.few;
   b.masked_column = s.masked_column, b.iterations = wide(1.0), b.condition = in.condition;
   for (int r = 0; r < M; ++r) b.dual[r] = in.dual[r], b.residual[r] = wide(0.0) * in.dual[r];
   for (int j = 0; j < s.k; ++j) s.length[j] = square_root(dot<M>(s.column[j], s.column[j]));
-  const Lanes found = solve_box<M>(b, s.rhs, where, kappa == wide(0.0));
+  const Lanes found = solve_box<M>(b, s.rhs, where, every_lane());
   for (int j = 0; j < s.k; ++j) {
     const int i = s.joint[j];
     const Wide rate = s.scale[j] * (b.z[j] + wide(0.0)), bound = select(b.side[j] > wide(0.0), p.upper[i], p.lower[i]);
@@ -104,8 +109,7 @@ inline STILLREACH_NOINLINE Lanes search_box(const LaneProblem& p, LaneSystem& s,
     const Wide answer = select((b.side[j] != wide(0.0)) & is_finite(bound), bound, free);
     out.rates[i] = select(s.works[j] & found, answer, out.rates[i]);
   }
-  out.damping = select(found, kappa, out.damping), out.iterations = select(found, b.iterations, out.iterations);
-  out.status |= flag(found & (kappa > wide(0.0)), DAMPED);
+  out.iterations = select(found, b.iterations, out.iterations);
   return found;
 }
 
@@ -154,7 +158,7 @@ inline Lanes finish_bounded(const LawSettings& law, const LaneProblem& p, LaneSy
     const Wide rate = s.scale[j] * (s.z[j] + wide(0.0));
     out.rates[i] = select(s.works[j], clamp(select(is_finite(rate), rate, wide(0.0)), p.lower[i], p.upper[i]), out.rates[i]);
   }
-  if (law.kind == LEAST_ERROR && law.parts > 0) {
+  if (law.kind == LawKind::LEAST_ERROR && law.parts > 0) {
     const Lanes exact = good & inside & affordable<M>(law, p.typical, in.dual), left = except(good, exact);
     if (!deep || law.parts > 1 || law.capped >= 0 || !any(left)) return exact;
     return exact | search_price<M>(p, s, left, wide(law.price[0]) * p.typical, in, out);
@@ -162,21 +166,21 @@ inline Lanes finish_bounded(const LawSettings& law, const LaneProblem& p, LaneSy
   const Lanes search = good & ~inside;
   if (!any(search)) return good;
   good &= inside;
-  if (!deep || law.kind != LEAST_ERROR) return good;
-  return good | search_box<M>(p, s, search, wide(0.0), in, out);
+  if (!deep || law.kind != LawKind::LEAST_ERROR) return good;
+  return good | search_box<M>(p, s, search, in, out);
 }
 
 // Before solve_lanes(), where the bounds are new.
 inline void prepare_lanes(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Wide* rates) {
   find_working_joints(p, s, rates);
-  if (law.kind == SINGULARITY_ROBUST) return scale_by_extent(p, s);
+  if (law.kind == LawKind::SINGULARITY_ROBUST) return scale_by_extent(p, s);
   for (int j = 0; j < s.k; ++j) s.lower[j] = p.lower[s.joint[j]] / s.scale[j], s.upper[j] = p.upper[s.joint[j]] / s.scale[j];
 }
 
 // Answers what it can of problems that are prepared; returns those lanes.
 template <int M>
 inline Lanes solve_lanes(const LawSettings& law, const LaneProblem& p, bool deep, bool with_residual, LaneSystem& s, LaneAnswer& out) {
-  const bool robust = law.kind == SINGULARITY_ROBUST;
+  const bool robust = law.kind == LawKind::SINGULARITY_ROBUST;
   out.status = no_flag(), out.damping = wide(0.0), out.scale = out.iterations = wide(1.0), out.task_error = wide(0.0);
   Lanes good = s.working >= wide(M);
   if (!any(good)) return good;
@@ -184,10 +188,10 @@ inline Lanes solve_lanes(const LawSettings& law, const LaneProblem& p, bool deep
   const bool scaled = robust || p.metric.columns;
   weigh_columns<M>(p, scaled, s);
   LaneInner<M> in;
-  good &= solve_wide<M>(s.column, s.k, s.rhs, wide(robust && law.damping == DAMPING_NUMBER ? law.kappa : 0.0), s.z, in,
-                       law.kind == LEAST_ERROR && law.parts > 0 ? kPricedCondition : kPlainCondition);
+  good &= solve_wide<M>(s.column, s.k, s.rhs, wide(robust && law.damping == DampingKind::NUMBER ? law.kappa : 0.0), s.z, in,
+                       law.kind == LawKind::LEAST_ERROR && law.parts > 0 ? kPricedCondition : kPlainCondition);
   good &= ordinary<M>(in.factor.trace, s.rhs);
-  if (law.kind == PSEUDOINVERSE)
+  if (law.kind == LawKind::PSEUDOINVERSE)
     good = finish_pseudoinverse<M>(p, s, good, out);
   else if (robust)
     good = finish_singularity_robust<M>(law, p, s, good, deep, in, out);

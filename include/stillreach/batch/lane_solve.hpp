@@ -9,10 +9,10 @@ STILLREACH_BEGIN
 
 template <int M>
 struct LaneFactor {
-  Wide gram[M][M];     // lower triangle
-  Wide lower[M][M];    // strictly lower part of the unit triangle L
-  Wide inverse[M][M];  // of its inverse
-  Wide pivot_inverse[M];
+  Wide gram[kRows][kRows];     // lower triangle
+  Wide lower[kRows][kRows];    // strictly lower part of the unit triangle L
+  Wide inverse[kRows][kRows];  // of its inverse
+  Wide pivot_inverse[kRows];
   Wide trace, inverse_trace;
 };
 
@@ -20,13 +20,38 @@ template <int M>
 struct LaneInner {
   LaneFactor<M> factor;
   Wide condition;
-  Wide dual[M];
+  Wide dual[kRows];
 };
+
+// Columns as factor.hpp's templates read them.
+struct LaneColumns {
+  const Wide* const* column;
+  STILLREACH_INLINE const Wide* operator()(int j) const { return column[j]; }
+  // w = weight times the column of the joint whose number each lane holds.
+  STILLREACH_INLINE void weigh(int m, Wide joint, Wide weight, Wide* w) const {
+    const Wide* chosen[kLanes];
+    for (int l = 0; l < kLanes; ++l) chosen[l] = column[static_cast<int>(joint[l])];
+    for (int r = 0; r < m; ++r) w[r] = pick(chosen, r) * weight;
+  }
+};
+
+template <int M>
+STILLREACH_INLINE Wide factor(Rows<M>, LaneFactor<M>& f) {
+  return factor<M, Wide>(f);
+}
+template <int M>
+STILLREACH_INLINE void solve(Rows<M>, const LaneFactor<M>& f, const Wide* b, Wide* x) {
+  solve<M, Wide>(f, b, x);
+}
+template <int M>
+STILLREACH_INLINE Wide inverse_norm(Rows<M>, const LaneFactor<M>& f, const Wide* b) {
+  return inverse_norm<M, Wide>(f, b);
+}
 
 // Rows FIRST to LAST - 1 of the Gram matrix: so few that their sums stay in registers.
 template <int M, int FIRST, int LAST>
 STILLREACH_INLINE void gram_rows(const Wide* const* column, int count, Wide kappa, LaneFactor<M>& f) {
-  Wide sum[LAST - FIRST][M];
+  Wide sum[4][kRows];
   STILLREACH_UNROLL for (int r = FIRST; r < LAST; ++r)
     STILLREACH_UNROLL for (int c = 0; c <= r; ++c) sum[r - FIRST][c] = wide(0.0);
   for (int i = 0; i < count; ++i) {
@@ -52,15 +77,13 @@ STILLREACH_INLINE void gram(const Wide* const* column, int count, Wide kappa, La
 
 template <int M>
 STILLREACH_INLINE Wide dot(const Wide* a, const Wide* b) {
-  Wide sum = wide(0.0);
-  STILLREACH_UNROLL for (int r = 0; r < M; ++r) sum = madd(a[r], b[r], sum);
-  return sum;
+  return dot(Rows<M>{M}, a, b);
 }
 
 // residual = b - A z.
 template <int M>
 STILLREACH_INLINE void residual_of(const Wide* const* column, int count, const Wide* rhs, const Wide* z, Wide* residual) {
-  Wide sum[M];
+  Wide sum[kRows];
   STILLREACH_UNROLL for (int r = 0; r < M; ++r) sum[r] = rhs[r];
   for (int i = 0; i < count; ++i) {
     const Wide t = -z[i];
@@ -72,7 +95,7 @@ STILLREACH_INLINE void residual_of(const Wide* const* column, int count, const W
 // One refinement, in the lanes of `where`.
 template <int M>
 inline STILLREACH_NOINLINE void refine(const Wide* const* column, int count, const Wide* rhs, Wide kappa, Lanes where, Wide* z, LaneInner<M>& in) {
-  Wide error[M], change[M];
+  Wide error[kRows], change[kRows];
   residual_of<M>(column, count, rhs, z, error);
   for (int r = 0; r < M; ++r) error[r] = madd(-kappa, in.dual[r], error[r]);
   solve<M, Wide>(in.factor, error, change);

@@ -51,26 +51,13 @@ struct LaneSystem {
   Wide rhs[kRows];
 };
 
-template <int M>
-STILLREACH_INLINE void apply_rows(const double* R, const Wide* x, Wide* y) {
-  STILLREACH_UNROLL for (int r = 0; r < M; ++r) {
-    if (!R) {
-      y[r] = x[r];
-      continue;
-    }
-    Wide sum = wide(R[r * M + r]) * x[r];
-    for (int c = r + 1; c < M; ++c) sum = madd(wide(R[r * M + c]), x[c], sum);
-    y[r] = sum;
-  }
-}
-
 // Working joints; fixed ones get their rate. Where bounds are shared this is done once.
 inline void find_working_joints(const LaneProblem& p, LaneSystem& s, Wide* rates) {
   s.k = 0, s.alike = true, s.moves = false;
   for (int i = 0; i < p.n; ++i) {
     const Lanes works = p.lower[i] < p.upper[i];
     rates[i] = p.lower[i];
-    s.moves |= any(~works & (p.lower[i] != wide(0.0)));
+    s.moves |= any(moves_fixed(p.lower[i], p.upper[i]));
     if (!any(works)) continue;
     s.alike &= all(works);
     s.scale[s.k] = wide(p.metric.columns ? p.metric.columns[i] : 1.0);
@@ -85,14 +72,14 @@ inline void find_working_joints(const LaneProblem& p, LaneSystem& s, Wide* rates
 // The twist less what the fixed joints do, weighted.
 template <int M>
 STILLREACH_INLINE void right_hand_side(const LaneProblem& p, LaneSystem& s) {
-  Wide raw[M];
+  Wide raw[kRows];
   STILLREACH_UNROLL for (int r = 0; r < M; ++r) raw[r] = p.twist[r];
   for (int i = 0; s.moves && i < p.n; ++i) {
-    const Lanes moves = ~(p.lower[i] < p.upper[i]) & (p.lower[i] != wide(0.0));
+    const Lanes moves = moves_fixed(p.lower[i], p.upper[i]);
     if (!any(moves)) continue;
     for (int r = 0; r < M; ++r) raw[r] = select(moves, madd(-p.jacobian[i * M + r], p.lower[i], raw[r]), raw[r]);
   }
-  apply_rows<M>(p.metric.rows, raw, s.rhs);
+  apply_rows(Rows<M>{M}, p.metric.rows, raw, s.rhs);
 }
 
 // The damping laws count rates relative to the bounds (D of dq = D u): scale and limit of each working joint.
@@ -125,7 +112,7 @@ STILLREACH_INLINE void weigh_columns(const LaneProblem& p, bool scaled, LaneSyst
   for (int j = 0; j < s.k; ++j) {
     Wide* a = s.columns + j * M;
     s.column[j] = a;
-    apply_rows<M>(p.metric.rows, p.jacobian + s.joint[j] * M, a);
+    apply_rows(Rows<M>{M}, p.metric.rows, p.jacobian + s.joint[j] * M, a);
     if (scaled)
       STILLREACH_UNROLL for (int r = 0; r < M; ++r) a[r] *= s.scale[j];
     if (!s.alike)
@@ -151,24 +138,15 @@ inline Lanes report(const LaneProblem& p, const LaneSystem& s, bool with_residua
     saturated |= s.works[j] & ((rate >= s.top[j]) ^ (rate <= s.bottom[j]));
   }
   out.status |= flag(saturated, SATURATED);
-  Wide drift = wide(0.0);
-  for (int i = 0; s.moves && i < p.n; ++i) {
-    const Lanes moves = ~(p.lower[i] < p.upper[i]) & (p.lower[i] != wide(0.0));
-    if (!any(moves)) continue;
-    for (int r = 0; r < M; ++r)
-      drift = larger(drift, select(moves, magnitude(p.jacobian[i * M + r] * p.lower[i]), wide(0.0)));
-  }
+  const Wide drift = s.moves ? drift_of<Wide>(Rows<M>{M}, p) : wide(0.0);
   const Lanes drifts = drift != wide(0.0);
   if (!with_residual && !any(drifts)) return covered;
-  STILLREACH_UNROLL for (int r = 0; r < M; ++r) out.residual[r] = p.twist[r];
-  for (int i = 0; i < p.n; ++i)
-    STILLREACH_UNROLL for (int r = 0; r < M; ++r) out.residual[r] = madd(p.jacobian[i * M + r], -out.rates[i], out.residual[r]);
-  Wide size = wide(0.0), weighted[M], sum = wide(0.0);
-  for (int r = 0; r < M; ++r) size = larger(size, magnitude(out.residual[r]));
-  covered &= ~(drifts & (size > wide(kCompensated) * drift));  // whether the tool could be held still is for the single tick
-  apply_rows<M>(p.metric.rows, out.residual, weighted);
-  size = wide(0.0);
-  for (int r = 0; r < M; ++r) size = larger(size, magnitude(weighted[r])), sum = madd(weighted[r], weighted[r], sum);
+  const Rows<M> m{M};
+  residual_by_rows(m, p, out.rates, out.residual);
+  covered = except(covered, drifts & (largest_of(m, out.residual) > wide(kCompensated) * drift));  // for the single tick: can it stand still?
+  Wide weighted[kRows];
+  apply_rows(m, p.metric.rows, out.residual, weighted);
+  const Wide size = largest_of(m, weighted), sum = dot(m, weighted, weighted);
   out.task_error = square_root(sum);
   return covered & (((size == wide(0.0)) & (sum == size)) | ((size > wide(1e-50)) & (size < wide(1e50))));
 }

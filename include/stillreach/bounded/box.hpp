@@ -54,9 +54,11 @@ STILLREACH_INLINE double weighted(const Box& b, const double* z, int i) {
 }
 
 // Value of the objective: first the task error, then the norm (added up where kappa > 0).
-struct Objective {
-  double error, norm;
+template <class T>
+struct ObjectiveOf {
+  T error, norm;
 };
+using Objective = ObjectiveOf<double>;
 
 template <int M>
 inline Objective objective(Rows<M> m, const Box& b, const double* rhs, const double* z) {
@@ -64,14 +66,17 @@ inline Objective objective(Rows<M> m, const Box& b, const double* rhs, const dou
   residual_of(b.columns, nullptr, b.k, rhs, z, e);
   Objective o{dot(m, e, e), 0.0};
   for (int i = 0; i < b.k; ++i) o.norm = madd(z[i], weighted(b, z, i), o.norm);
-  if (b.kappa > 0.0) o.error = madd(b.kappa, o.norm, o.error), o.norm = 0.0;
+  if (b.kappa > 0.0) {
+    o.error = madd(b.kappa, o.norm, o.error);
+    o.norm = 0.0;
+  }
   return o;
 }
 
-STILLREACH_INLINE bool lower_than(const Objective& a, const Objective& b, double noise) {
-  const double slack = kDescent * b.error + noise;
-  if (a.error < b.error - slack) return true;
-  return a.error <= b.error + slack && a.norm < b.norm * (1.0 - kDescent);
+template <class T>
+STILLREACH_INLINE Where<T> lower_than(const ObjectiveOf<T>& a, const ObjectiveOf<T>& b, T noise) {
+  const T slack = fill<T>(kDescent) * b.error + noise;
+  return (a.error < b.error - slack) | ((a.error <= b.error + slack) & (a.norm < b.norm * fill<T>(1.0 - kDescent)));
 }
 
 // Careful: by singular values in any case.
@@ -118,10 +123,12 @@ inline int solve_free(Rows<M> m, Box& b, const double* rhs, Inner& in) {
     } else if (b.z[i] != 0.0) {
       const double* a = b.columns + i * kStride;
       const Pack t = broadcast(-b.z[i]);
-      low = madd(load(a), t, low), high = madd(load(a + 4), t, high);
+      low = madd(load(a), t, low);
+      high = madd(load(a + 4), t, high);
     }
   }
-  store(rest, low), store(rest + 4, high);
+  store(rest, low);
+  store(rest + 4, high);
   if (free > 0) {
     if (b.weight)
       solve_free_weighted<M, Careful>(m, b, rest, free, in);
@@ -129,8 +136,10 @@ inline int solve_free(Rows<M> m, Box& b, const double* rhs, Inner& in) {
       solve_columns<M, Careful>(m, b.columns, b.index, free, rest, b, b.target, in);
     ++b.iterations;
   } else {
-    for (int r = 0; r < kStride; ++r)
-      in.residual[r] = rest[r], in.dual[r] = b.kappa > 0.0 ? rest[r] / b.kappa : 0.0;
+    for (int r = 0; r < kStride; ++r) {
+      in.residual[r] = rest[r];
+      in.dual[r] = b.kappa > 0.0 ? rest[r] / b.kappa : 0.0;
+    }
   }
   return free;
 }
@@ -176,7 +185,10 @@ inline void advance(Rows<M> m, Box& b, const double* rhs, int free, bool first, 
     if (inside(b, j)) continue;
     const double move = b.target[j] - b.z[i];
     const double room = ((move > 0.0 ? b.upper[i] : b.lower[i]) - b.z[i]) / move;
-    if (blocking < 0 || room < part) part = larger(room, 0.0), blocking = j;
+    if (blocking < 0 || room < part) {
+      part = larger(room, 0.0);
+      blocking = j;
+    }
   }
   for (int j = 0; j < free; ++j) {
     const int i = b.index[j];
@@ -200,8 +212,10 @@ struct Release {
 STILLREACH_INLINE void consider(const Box& b, int i, double gain, double noise, int most, Release& best, bool& wanted) {
   if (b.releases[i] >= most)
     wanted |= b.releases[i] != kNever && gain > 100.0 * noise;
-  else if (gain > best.gain)
-    best.variable = i, best.gain = gain;
+  else if (gain > best.gain) {
+    best.variable = i;
+    best.gain = gain;
+  }
 }
 
 // What its release gains in the norm.
@@ -247,10 +261,14 @@ inline int choose_release(Rows<M> m, Box& b, const Inner& in, double rhs_size, b
     const double length = b.length[i], noise = length * floor;
     if (magnitude(primary) > noise) {
       if (primary < 0.0) continue;
-      if (b.releases[i] >= kMaxReleases)
-        b.doubtful = true, wanted |= b.releases[i] != kNever && primary > 100.0 * noise;
-      else if (primary > first_gain * length)
-        first = i, first_gain = primary / length;
+      if (b.releases[i] >= kMaxReleases) {
+        b.doubtful = true;
+        wanted |= b.releases[i] != kNever && primary > 100.0 * noise;
+      }
+      else if (primary > first_gain * length) {
+        first = i;
+        first_gain = primary / length;
+      }
       continue;
     }
     // or in the norm (with damping in the sum of both, which has the same form).
@@ -284,7 +302,8 @@ inline void solve_box(Rows<M> m, const double* rhs, Box& b, Inner& in, bool solv
     for (int j = 0; j < free; ++j) all_inside &= inside(b, j);
     if (!all_inside) {
       advance(m, b, rhs, free, first, freed, noise, now);
-      first = false, freed = -1;
+      first = false;
+      freed = -1;
       continue;
     }
     for (int j = 0; j < free; ++j) {
@@ -296,10 +315,11 @@ inline void solve_box(Rows<M> m, const double* rhs, Box& b, Inner& in, bool solv
     const int release = choose_release(m, b, in, size, wanted);
     if (release < 0) {
       b.capped = wanted;
-      b.doubtful |= wanted || (free > 0 && (in.way == SPECTRAL || in.condition > b.safe));
+      b.doubtful |= wanted || (free > 0 && (in.way == InnerWay::SPECTRAL || in.condition > b.safe));
       return;
     }
-    now = objective(m, b, rhs, b.z), first = false;
+    now = objective(m, b, rhs, b.z);
+    first = false;
     freed = release;
     ++b.releases[release];
     b.state[release] = 0;

@@ -12,7 +12,7 @@ constexpr int kCarefulReleases = 12;
 
 // Takes out of v what lies along the `count` orthonormal vectors, twice, because once leaves rounding; sum: how much that was of
 // each. All products before all differences: none waits for another.
-template <int M, int Length>
+template <int M, std::size_t Length>
 inline void make_orthogonal(Rows<M> m, const double (*vectors)[Length], int count, double* v, double* sum) {
   for (int j = 0; j < count; ++j) sum[j] = 0.0;
   for (int pass = 0; pass < 2; ++pass) {
@@ -22,7 +22,7 @@ inline void make_orthogonal(Rows<M> m, const double (*vectors)[Length], int coun
       for (int r = 0; r < m(); ++r) v[r] = madd(-along[j], vectors[j][r], v[r]);
   }
 }
-template <int M, int Length>
+template <int M, std::size_t Length>
 inline void make_orthogonal(Rows<M> m, const double (*vectors)[Length], int count, double* v) {
   double sum[kRows];
   make_orthogonal(m, vectors, count, v, sum);
@@ -73,7 +73,10 @@ STILLREACH_INLINE double weakest_that_counts(const Box& b) {
 template <int M>
 inline STILLREACH_NOINLINE void settle_box(Rows<M> m, const double* rhs, Box& b, Inner& in) {
   double size = larger(square_root(dot(m, rhs, rhs)), b.whole);
-  for (int i = 0; i < b.k; ++i) b.releases[i] = b.lower[i] < b.upper[i] ? 0 : kNever, size = larger(size, magnitude(b.z[i]) * b.length[i]);
+  for (int i = 0; i < b.k; ++i) {
+    b.releases[i] = b.lower[i] < b.upper[i] ? 0 : kNever;
+    size = larger(size, magnitude(b.z[i]) * b.length[i]);
+  }
   const double threshold = b.threshold, dependent = b.dependent;
   b.dependent = larger(dependent, weakest_that_counts(b));
   b.threshold = -b.dependent;
@@ -100,7 +103,9 @@ inline STILLREACH_NOINLINE void settle_box(Rows<M> m, const double* rhs, Box& b,
     const int release = choose_release_by_angle(m, b, in, free, size, wanted);
     for (int r = 0; r < kStride; ++r) b.residual[r] = in.residual[r];
     if (release < 0) {
-      b.capped = wanted, b.threshold = threshold, b.dependent = dependent;
+      b.capped = wanted;
+      b.threshold = threshold;
+      b.dependent = dependent;
       return;
     }
     now = objective(m, b, rhs, b.z);
@@ -108,7 +113,9 @@ inline STILLREACH_NOINLINE void settle_box(Rows<M> m, const double* rhs, Box& b,
     ++b.releases[release];
     b.state[release] = 0;
   }
-  b.capped = true, b.threshold = threshold, b.dependent = dependent;
+  b.capped = true;
+  b.threshold = threshold;
+  b.dependent = dependent;
   residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
 }
 

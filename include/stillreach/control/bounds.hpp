@@ -34,68 +34,154 @@ STILLREACH_INLINE bool close_in(double slowest, double fastest, double& lower, d
   return closing;
 }
 
+// What a fault leaves of a joint's interval of rates, and of its positions. A new kind of fault has its case here.
+struct Left {
+  double lower, upper;              // rates
+  double range_lower, range_upper;  // positions
+};
+
+STILLREACH_INLINE Left left_by(const Fault& fault, double lower, double upper) {
+  Left left{lower, upper, -infinity(), infinity()};
+  const double first = fault.number[0];
+  switch (fault.health) {
+    case Health::HEALTHY:
+      break;
+    case Health::LOCKED:
+      left.lower = left.upper = 0.0;
+      break;
+    case Health::DERATED:
+      left.lower = first > 0.0 ? first * lower : 0.0;  // not 0 * inf
+      left.upper = first > 0.0 ? first * upper : 0.0;
+      break;
+    case Health::RUNAWAY:
+      left.lower = left.upper = first;
+      break;
+    case Health::CONFINED:
+      left.range_lower = first;
+      left.range_upper = fault.number[1];
+      break;
+    case Health::ONE_WAY:
+      (first > 0.0 ? left.lower : left.upper) = 0.0;
+      break;
+  }
+  return left;
+}
+
+// Whether a fault's bounds change with the joint's position.
+STILLREACH_INLINE bool has_range(const Left& left) { return left.range_lower > -infinity() || left.range_upper < infinity(); }
+
+// Whether a joint works: its fault leaves it a choice, whatever its limits.
+STILLREACH_INLINE bool works(const Fault& fault) {
+  const Left left = left_by(fault, -1.0, 1.0);
+  return left.lower < left.upper;
+}
+
+// The positions that a joint may take by its limits and its fault; `lower` is above `upper` where they exclude each other.
+struct Range {
+  double lower, upper;
+};
+STILLREACH_INLINE Range range_of(const ControllerState& c, int i) {
+  const Left left = left_by(c.faults[i], 0.0, 0.0);
+  return {larger(c.position_lower[i], left.range_lower), smaller(c.position_upper[i], left.range_upper)};
+}
+
+// The largest rate to either side that a fault leaves of rate limits.
+STILLREACH_INLINE double largest_rate(const Fault& fault, double lower, double upper) {
+  const Left left = left_by(fault, lower, upper);
+  return larger(-left.lower, left.upper);
+}
+
+// Whether a fault moves its joint at a rate that nobody chooses.
+STILLREACH_INLINE bool runs_away(const Fault& fault) { return !works(fault) && left_by(fault, -1.0, 1.0).lower != 0.0; }
+
+// Narrows the bounds of joint i to `down` and `up`. False where there is no rate in both: then the bounds stand, and the joint takes the
+// one that is nearer.
+STILLREACH_INLINE bool narrow(ControllerState& c, int i, double down, double up, Reason reason) {
+  if (up < c.lower[i]) {
+    c.upper[i] = c.lower[i];
+    c.upper_reason[i] = static_cast<std::int8_t>(-c.lower_reason[i]);  // negative: at its lower bound
+    return false;
+  }
+  if (down > c.upper[i]) {
+    c.lower[i] = c.upper[i];
+    c.lower_reason[i] = c.upper_reason[i];
+    return false;
+  }
+  if (up < c.upper[i]) {
+    c.upper[i] = up;
+    c.upper_reason[i] = code(reason);
+  }
+  if (down > c.lower[i]) {
+    c.lower[i] = down;
+    c.lower_reason[i] = code(reason);
+  }
+  return true;
+}
+
+// Narrows the bounds of joint i to the acceleration window around its last rate. False where there is no rate in both: the bounds stand.
+STILLREACH_INLINE bool narrow_to_window(ControllerState& c, int i, double slowest, double fastest, double step) {
+  // A joint that brakes along the curve has one rate left up to rounding, to either side: that is no contradiction, and no room.
+  const double slack = 1e-9 * step;
+  if (slowest > c.upper[i] - slack) {
+    c.lower[i] = c.upper[i];
+    c.lower_reason[i] = c.upper_reason[i];
+    return !(slowest > c.upper[i] + slack);
+  }
+  if (fastest < c.lower[i] + slack) {
+    c.upper[i] = c.lower[i];
+    c.upper_reason[i] = static_cast<std::int8_t>(-c.lower_reason[i]);
+    return !(fastest < c.lower[i] - slack);
+  }
+  return narrow(c, i, slowest, fastest, Reason::ACCELERATION);
+}
+
 // Bounds of joint i at position q (a NaN: its position limits cannot be kept). False where a limit had to be given up: the
 // position limit for rate limits that leave out 0 (a batch's may), or the acceleration limit.
-STILLREACH_INLINE bool joint_bounds(ControllerState& c, int i, double q) {
+STILLREACH_INLINE bool joint_bounds(ControllerState& c, int i, const Fault& fault, double q) {
+  const Left left = left_by(fault, c.rate_lower[i], c.rate_upper[i]);
   double& lower = c.lower[i];
   double& upper = c.upper[i];
-  c.lower_reason[i] = c.upper_reason[i] = FAULT;
-  if (c.health[i] == LOCKED || c.health[i] == RUNAWAY) {
-    lower = upper = c.health[i] == LOCKED ? 0.0 : c.fault_value[i];
-    return true;
-  }
-  lower = c.rate_lower[i], upper = c.rate_upper[i];
-  if (c.health[i] == DERATED) {
-    lower *= c.fault_value[i], upper *= c.fault_value[i];
-    if (c.fault_value[i] == 0.0) lower = upper = 0.0;  // 0 * inf
-  } else {
-    c.lower_reason[i] = c.upper_reason[i] = RATE;
-  }
-  const double a = c.acceleration[i];
-  const double slowest = c.last[i] - a * c.period, fastest = c.last[i] + a * c.period;
+  lower = left.lower;
+  upper = left.upper;
+  c.lower_reason[i] = c.upper_reason[i] = code(Reason::FAULT);
+  if (!works(fault)) return true;
+  if (lower == c.rate_lower[i]) c.lower_reason[i] = code(Reason::RATE);
+  if (upper == c.rate_upper[i]) c.upper_reason[i] = code(Reason::RATE);
+  const double a = c.acceleration[i], step = a * c.period;
+  const double slowest = c.last[i] - step, fastest = c.last[i] + step;
   const int closing = c.closing ? c.closing[i] : 0;
-  if ((closing & CLOSING_RATE) && !close_in(slowest, fastest, lower, upper)) c.closing[i] &= ~CLOSING_RATE;
+  if (closing & CLOSING_RATE) {
+    if (!close_in(slowest, fastest, lower, upper)) c.closing[i] &= ~CLOSING_RATE;
+    const Left always = left_by(fault, -infinity(), infinity());  // a fault goes before an acceleration limit
+    lower = larger(lower, always.lower);
+    upper = smaller(upper, always.upper);
+  }
   bool kept = true;
   if (is_finite(q)) {
+    if (has_range(left)) {
+      const double down = -approach_rate(q - left.range_lower, c.period, a, c.uneven);
+      kept = narrow(c, i, down, approach_rate(left.range_upper - q, c.period, a, c.uneven), Reason::FAULT);
+    }
     double up = approach_rate(c.position_upper[i] - q, c.period, a, c.uneven);
     double down = -approach_rate(q - c.position_lower[i], c.period, a, c.uneven);
     if ((closing & CLOSING_POSITION) && !close_in(slowest, fastest, down, up)) c.closing[i] &= ~CLOSING_POSITION;
-    if (up < lower) {
-      upper = lower, c.upper_reason[i] = static_cast<std::int8_t>(-c.lower_reason[i]), kept = false;
-    } else if (down > upper) {
-      lower = upper, c.lower_reason[i] = c.upper_reason[i], kept = false;
-    } else {
-      if (up < upper) upper = up, c.upper_reason[i] = POSITION;
-      if (down > lower) lower = down, c.lower_reason[i] = POSITION;
-    }
+    kept &= narrow(c, i, down, up, Reason::POSITION);
   }
-  if (!(a < infinity())) return kept;
-  // A joint that brakes along the curve has one rate left up to rounding, to either side: that is no contradiction, and no room.
-  const double slack = 1e-9 * a * c.period;
-  if (slowest > upper - slack) {
-    lower = upper, c.lower_reason[i] = c.upper_reason[i], kept &= !(slowest > upper + slack);
-  } else if (fastest < lower + slack) {
-    upper = lower, kept &= !(fastest < lower - slack);
-    c.upper_reason[i] = static_cast<std::int8_t>(-c.lower_reason[i]);  // negative: at its lower bound
-  } else {
-    if (slowest > lower) lower = slowest, c.lower_reason[i] = ACCELERATION;
-    if (fastest < upper) upper = fastest, c.upper_reason[i] = ACCELERATION;
-  }
+  if (a < infinity()) kept &= narrow_to_window(c, i, slowest, fastest, step);
   return kept;
 }
 
 // joint_bounds(), and what it adds to the tick's status: LIMIT_GIVEN_UP, or SATURATED where limits, and not a fault, leave the
 // joint one rate.
-STILLREACH_INLINE std::int32_t limit_joint(ControllerState& c, int i, double q) {
-  const bool kept = joint_bounds(c, i, q);
-  const bool works = c.health[i] == HEALTHY || (c.health[i] == DERATED && c.fault_value[i] > 0.0);
-  return (kept ? OK : LIMIT_GIVEN_UP) | (works && !(c.lower[i] < c.upper[i]) ? SATURATED : OK);
+STILLREACH_INLINE std::int32_t limit_joint(ControllerState& c, int i, const Fault& fault, double q) {
+  const bool kept = joint_bounds(c, i, fault, q);
+  return (kept ? OK : LIMIT_GIVEN_UP) | (!(c.lower[i] < c.upper[i]) && works(fault) ? SATURATED : OK);
 }
 
 // The bounds of all joints, and what they add to the tick's status.
 inline std::int32_t bounds_of(ControllerState& c, const double* q) {
   std::int32_t status = OK;
-  for (int i = 0; i < c.arm.n; ++i) status |= limit_joint(c, i, q[i]);
+  for (int i = 0; i < c.arm.n; ++i) status |= limit_joint(c, i, c.faults[i], q[i]);
   return status;
 }
 

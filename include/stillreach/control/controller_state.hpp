@@ -8,7 +8,14 @@ namespace stillreach {
 // Which limits of a joint were changed while the loop runs: they close in within its acceleration limit.
 enum Closing : std::int8_t { CLOSING_RATE = 1, CLOSING_POSITION = 2 };
 
-enum NullMotionKind : int { NULL_NONE = 0, NULL_RATES = 1, NULL_POSTURE = 2, NULL_CENTRING = 3, NULL_MANIPULABILITY = 4, NULL_GRADIENT = 5 };
+#define STILLREACH_NULL_MOTION_KIND(X)                                \
+  X(NONE, "No reference rates.")                                     \
+  X(RATES, "The given rates.")                                       \
+  X(POSTURE, "Towards a posture.")                                   \
+  X(CENTRING, "Towards the middle of the position limits.")          \
+  X(MANIPULABILITY, "Away from singularities.")                      \
+  X(GRADIENT, "Along a given gradient.")
+enum class NullMotionKind : int { STILLREACH_NULL_MOTION_KIND(STILLREACH_MEMBER) };
 
 struct ControllerState {
   // told once
@@ -34,14 +41,13 @@ struct ControllerState {
   double track_gain;       // [1/s]
   double track_linear;     // largest correction [m/s]
   double track_angular;    // and [rad/s]
-  int null_kind;           // NullMotionKind
+  NullMotionKind null_kind;
   double null_gain;
   double null_largest;     // largest rate that a null motion asks for
   const double* null_vector;  // n: rates, posture or gradient, by kind
 
   // what is broken
-  std::int8_t* health;     // n, Health
-  double* fault_value;     // n: fraction left of a derated joint, rate of a runaway one
+  Fault* faults;           // n
   std::int8_t* closing = nullptr;  // n, Closing; or null: the limits do not change
 
   // what happened

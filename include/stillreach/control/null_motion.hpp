@@ -1,7 +1,7 @@
 // Reference rates for what the task leaves free: a posture, the middle of the position limits, away from singularities.
 #pragma once
 
-#include "stillreach/control/controller_state.hpp"
+#include "stillreach/control/bounds.hpp"
 #include "stillreach/kinematics/coupled.hpp"
 #include "stillreach/kinematics/frames.hpp"
 #include "stillreach/linear/inner.hpp"
@@ -50,7 +50,7 @@ inline void manipulability_gradient(Rows<M> m, const ControllerState& c, const d
         weighted[r] = y[r] * scale;
         continue;
       }
-      for (int q = r; q < m(); ++q) weighted[q] = madd(c.metric.rows[r * m() + q], y[r] * scale, weighted[q]);
+      for (int s = r; s < m(); ++s) weighted[s] = madd(c.metric.rows[r * m() + s], y[r] * scale, weighted[s]);
     }
     rows_to_base(m, c, weighted, force + 6 * j);
     cross_add(c.jacobian + 6 * i, force + 6 * j, total);
@@ -85,27 +85,42 @@ constexpr double kSaddlePush = 1e-2;  // of the largest null rate: leaves exact 
 
 // The way of joint i to a posture: the short one where it may turn without end.
 STILLREACH_INLINE double way_to(const ControllerState& c, int i, double straight) {
-  const bool endless = c.rotary && c.rotary[i] && c.position_lower[i] == -infinity() && c.position_upper[i] == infinity();
+  const Range range = range_of(c, i);
+  const bool endless = c.rotary && c.rotary[i] && range.lower == -infinity() && range.upper == infinity();
   return endless && magnitude(straight) > kHalfTurn ? STILLREACH_LIBRARY(remainder)(straight, 2.0 * kHalfTurn) : straight;
+}
+
+// What the null motion asks of joint i; gradient: of the manipulability.
+STILLREACH_INLINE double null_rate(const ControllerState& c, int i, const double* q, const double* gradient) {
+  switch (c.null_kind) {
+    case NullMotionKind::NONE:
+      return 0.0;
+    case NullMotionKind::RATES:
+    case NullMotionKind::GRADIENT:
+      return c.null_gain * c.null_vector[i];
+    case NullMotionKind::POSTURE:
+      return c.null_gain * way_to(c, i, c.null_vector[i] - q[i]);
+    case NullMotionKind::CENTRING: {
+      const Range range = range_of(c, i);
+      return is_finite(range.lower) && is_finite(range.upper) ? c.null_gain * (0.5 * (range.lower + range.upper) - q[i]) : 0.0;
+    }
+    case NullMotionKind::MANIPULABILITY:
+      return c.null_gain * gradient[i];
+  }
+  return 0.0;
 }
 
 // The rates that the null motion asks for: at most null_largest each, by a common factor.
 template <int M>
 inline void null_motion(Rows<M> m, const ControllerState& c, const double* q, Workspace& w, double* rates) {
   const int n = c.arm.n;
-  if (c.null_kind == NULL_MANIPULABILITY) manipulability_gradient(m, c, q, w, rates);
+  const bool manipulability = c.null_kind == NullMotionKind::MANIPULABILITY;
+  if (manipulability) manipulability_gradient(m, c, q, w, rates);
   for (int i = 0; i < n; ++i) {
-    double v = 0.0;
-    if (c.null_kind == NULL_RATES || c.null_kind == NULL_GRADIENT) v = c.null_gain * c.null_vector[i];
-    if (c.null_kind == NULL_POSTURE) v = c.null_gain * way_to(c, i, c.null_vector[i] - q[i]);
-    if (c.null_kind == NULL_CENTRING) {
-      const double lower = c.position_lower[i], upper = c.position_upper[i];
-      v = is_finite(lower) && is_finite(upper) ? c.null_gain * (0.5 * (lower + upper) - q[i]) : 0.0;
-    }
-    if (c.null_kind == NULL_MANIPULABILITY) v = c.null_gain * rates[i];
+    const double v = null_rate(c, i, q, rates);
     rates[i] = is_finite(v) ? v : 0.0;
   }
-  if (c.null_kind == NULL_MANIPULABILITY && c.null_largest < infinity())
+  if (manipulability && c.null_largest < infinity())
     for (int i = 0; i < n; ++i)
       if (c.lower[i] < c.upper[i]) rates[i] += kSaddlePush * c.null_largest * pattern(i);
   double largest = 0.0;

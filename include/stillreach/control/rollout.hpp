@@ -19,17 +19,24 @@ STILLREACH_BEGIN
 inline void record_tick(const ControllerState& c, const double* q, const Answer& a, long row, const Record& to) {
   const int n = c.arm.n;
   for (int i = 0; i < n; ++i) {
-    to.q[row * n + i] = q[i], to.rates[row * n + i] = a.rates[i];
-    to.lower[row * n + i] = c.lower[i], to.upper[row * n + i] = c.upper[i], to.health[row * n + i] = c.health[i];
+    to.q[row * n + i] = q[i];
+    to.rates[row * n + i] = a.rates[i];
+    to.lower[row * n + i] = c.lower[i];
+    to.upper[row * n + i] = c.upper[i];
+    to.health[row * n + i] = static_cast<std::int8_t>(c.faults[i].health);
     to.active[row * n + i] = active_reason(a.active[i], c.lower_reason[i], c.upper_reason[i]);
   }
   write_pose(c.pose, to.pose + row * 16);
   for (int r = 0; r < 6; ++r) {
     double e = c.command[r];
     for (int i = 0; i < n; ++i) e = madd(-c.jacobian[6 * i + r], a.rates[i], e);
-    to.command[row * 6 + r] = c.command[r], to.residual[row * 6 + r] = e;
+    to.command[row * 6 + r] = c.command[r];
+    to.residual[row * 6 + r] = e;
   }
-  to.task_error[row] = a.task_error, to.damping[row] = a.damping, to.scale[row] = a.scale, to.status[row] = a.status;
+  to.task_error[row] = a.task_error;
+  to.damping[row] = a.damping;
+  to.scale[row] = a.scale;
+  to.status[row] = a.status;
 }
 
 // Rates of the later stages of fourth-order Runge-Kutta, added up into the mean rate over the tick. stage: 3 n numbers.
@@ -38,7 +45,10 @@ inline void runge_kutta(ControllerState& c, const double* q, const double* twist
   const int n = c.arm.n;
   double *at = stage, *rates = stage + n;
   double* answer = a.rates;
-  for (int i = 0; i < n; ++i) rates[i] = a.rates[i], mean[i] = a.rates[i] / 6.0;
+  for (int i = 0; i < n; ++i) {
+    rates[i] = a.rates[i];
+    mean[i] = a.rates[i] / 6.0;
+  }
   a.rates = rates;
   for (int s = 1; s < 4; ++s) {
     const int half = s < 3 ? 1 : 2;

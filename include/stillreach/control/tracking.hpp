@@ -2,6 +2,7 @@
 // bounded, right through a half turn.
 #pragma once
 
+#include "stillreach/kinematics/arctangent.hpp"
 #include "stillreach/kinematics/frames.hpp"
 
 namespace stillreach {
@@ -51,7 +52,10 @@ inline bool read_pose(const double* T, double* pose) {
   bool right = true;
   for (int c = 0; c < 4; ++c) {
     right &= magnitude(T[12 + c] - (c == 3 ? 1.0 : 0.0)) <= kRigid;
-    for (int r = 0; r < 3; ++r) pose[3 * c + r] = T[4 * r + c], right &= is_finite(T[4 * r + c]);
+    for (int r = 0; r < 3; ++r) {
+      pose[3 * c + r] = T[4 * r + c];
+      right &= is_finite(T[4 * r + c]);
+    }
   }
   return right && nearest_rotation(pose);
 }
@@ -81,7 +85,7 @@ inline void rotation_error(const double* target, const double* R, double* vector
     for (int i = 0; i < 3; ++i) v[i] = -v[i];
   }
   const double s = square_root(madd(v[0], v[0], madd(v[1], v[1], v[2] * v[2])));
-  const double gain = s > 1e-8 ? 2.0 * STILLREACH_LIBRARY(atan2)(s, w) / s : 2.0;
+  const double gain = s > 1e-8 ? 2.0 * first_quadrant_angle(s, w) / s : 2.0;
   for (int i = 0; i < 3; ++i) vector[i] = gain * v[i];
 }
 
@@ -95,10 +99,16 @@ STILLREACH_INLINE void bound_length(double* v, double largest) {
 inline void add_correction(const double* target, const double* pose, double gain, double linear, double angular, double* twist) {
   double v[3], w[3];
   rotation_error(target, pose, w);
-  for (int i = 0; i < 3; ++i) v[i] = gain * (target[9 + i] - pose[9 + i]), w[i] *= gain;
+  for (int i = 0; i < 3; ++i) {
+    v[i] = gain * (target[9 + i] - pose[9 + i]);
+    w[i] *= gain;
+  }
   bound_length(v, linear);
   bound_length(w, angular);
-  for (int i = 0; i < 3; ++i) twist[i] += v[i], twist[3 + i] += w[i];
+  for (int i = 0; i < 3; ++i) {
+    twist[i] += v[i];
+    twist[3 + i] += w[i];
+  }
 }
 
 STILLREACH_END

@@ -22,7 +22,10 @@ inline void rotation_from_z(const double* axis, double* rotation) {
   if (z < 0.0) {  // the formula below is singular at -z: solve for the axis turned by pi about x, and turn back
     const double turned[3] = {x, -y, -z};
     rotation_from_z(turned, rotation);
-    for (int j = 0; j < 3; ++j) rotation[3 * j + 1] = -rotation[3 * j + 1], rotation[3 * j + 2] = -rotation[3 * j + 2];
+    for (int j = 0; j < 3; ++j) {
+      rotation[3 * j + 1] = -rotation[3 * j + 1];
+      rotation[3 * j + 2] = -rotation[3 * j + 2];
+    }
     return;
   }
   const double f = 1.0 / (1.0 + z);
@@ -53,11 +56,13 @@ inline ThreeTurns three_turns(const double* rotation, Turn wanted) {
   const double x = rotation[6], y = rotation[7], z = rotation[8], across = square_root(madd(x, x, y * y));
   ThreeTurns t;
   if (across <= kNoAngle) {
-    t.first = wanted, t.tilt = {z < 0.0 ? -1.0 : 1.0, 0.0};
+    t.first = wanted;
+    t.tilt = {z < 0.0 ? -1.0 : 1.0, 0.0};
   } else {
     t.first = turn_along(-y, x);
     const double side = t.first.c * wanted.c + t.first.s * wanted.s < 0.0 ? -1.0 : 1.0;
-    t.first = {side * t.first.c, side * t.first.s}, t.tilt = turn_along(z, side * across);
+    t.first = {side * t.first.c, side * t.first.s};
+    t.tilt = turn_along(z, side * across);
   }
   const double c = t.first.c, s = t.first.s;
   t.last = turn_along(madd(c, rotation[0], s * rotation[1]), -madd(c, rotation[3], s * rotation[4]));
@@ -66,7 +71,7 @@ inline ThreeTurns three_turns(const double* rotation, Turn wanted) {
 
 // kinds: n. placements: n + 1 row-major 4x4 poses (the last one is the tool), axes: n unit vectors in the joint's own frame.
 // links: n, which the arm goes on using.
-inline ArmView align_axes(int n, const std::int8_t* kinds, const double* placements, const double* axes, Link* links) {
+inline ArmView align_axes(int n, const JointKind* kinds, const double* placements, const double* axes, Link* links) {
   ArmView arm{n, links, {}, {}, nullptr};
   double undo[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};  // inverse of the turn given to the previous joint's frame
   Turn before{1.0, 0.0};                                   // what the way to joint i leaves it to turn about its z
@@ -91,18 +96,24 @@ inline ArmView align_axes(int n, const std::int8_t* kinds, const double* placeme
     if (i == 1) {  // the base turns instead
       for (int r = 0; r < 3; ++r) {
         const double x = arm.base[r], y = arm.base[4 + r];
-        arm.base[r] = madd(c, x, s * y), arm.base[4 + r] = madd(c, y, -(s * x));
+        arm.base[r] = madd(c, x, s * y);
+        arm.base[4 + r] = madd(c, y, -(s * x));
       }
     }
     link.kind = kinds[i - 1];
-    link.shift[0] = madd(c, way[9], s * way[10]), link.shift[1] = madd(c, way[10], -(s * way[9])), link.shift[2] = way[11];
-    link.tilt[0] = t.tilt.c, link.tilt[1] = t.tilt.s;
+    link.shift[0] = madd(c, way[9], s * way[10]);
+    link.shift[1] = madd(c, way[10], -(s * way[9]));
+    link.shift[2] = way[11];
+    link.tilt[0] = t.tilt.c;
+    link.tilt[1] = t.tilt.s;
     const bool none = i == 1 || (own.c > 0.0 && magnitude(own.s) <= kNoAngle);
-    link.turn[0] = none ? 1.0 : own.c, link.turn[1] = none ? 0.0 : own.s;
-    link.plain = none && link.kind == REVOLUTE;
+    link.turn[0] = none ? 1.0 : own.c;
+    link.turn[1] = none ? 0.0 : own.s;
+    link.plain = none && link.kind == JointKind::REVOLUTE;
     before = t.last;
   }
-  arm.end[0] = before.c, arm.end[1] = before.s;
+  arm.end[0] = before.c;
+  arm.end[1] = before.s;
   return arm;
 }
 

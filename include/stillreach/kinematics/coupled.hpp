@@ -12,7 +12,10 @@ STILLREACH_INLINE void sine_cosine(const Wide& angles, Wide& sine, Wide& cosine)
   double at[kLanes], sines[kLanes], cosines[kLanes];
   for (int l = 0; l < kLanes; ++l) at[l] = angles[l];
   sincos(at, kLanes, sines, cosines);
-  for (int l = 0; l < kLanes; ++l) sine[l] = sines[l], cosine[l] = cosines[l];
+  for (int l = 0; l < kLanes; ++l) {
+    sine[l] = sines[l];
+    cosine[l] = cosines[l];
+  }
 }
 
 // sum += a x b.
@@ -35,10 +38,10 @@ inline void walk_coupled(const ArmView& arm, const T* q, T* frame, Visit visit) 
     const Link& link = arm.links[a];
     const T factor = fill<T>(c.factor[a]), position = madd(factor, q[c.leader[a]], fill<T>(c.offset[a]));
     T sine = fill<T>(0.0), cosine = fill<T>(1.0);
-    if (link.kind == REVOLUTE) sine_cosine(position, sine, cosine);
+    if (link.kind == JointKind::REVOLUTE) sine_cosine(position, sine, cosine);
     add_turn(link, sine, cosine);
     for (int r = 0; r < 3; ++r) {
-      if (link.kind != REVOLUTE) p[r] = madd(position, z[r], p[r]);
+      if (link.kind != JointKind::REVOLUTE) p[r] = madd(position, z[r], p[r]);
       turn_first(cosine, sine, x[r], y[r]);
     }
     visit(a, factor, p, z);
@@ -58,7 +61,7 @@ inline STILLREACH_NOINLINE void coupled_kinematics(const ArmView& arm, const T* 
   for (int i = 0; i < 6 * arm.n; ++i) jacobian[i] = fill<T>(0.0);
   walk_coupled(arm, q, pose, [&arm, jacobian](int a, T factor, const T* at, const T* axis) {
     T* column = jacobian + 6 * arm.coupling->leader[a];
-    const bool turns = arm.links[a].kind == REVOLUTE;
+    const bool turns = arm.links[a].kind == JointKind::REVOLUTE;
     T along[3];
     for (int r = 0; r < 3; ++r) along[r] = factor * axis[r];
     if (turns) cross_add(at, along, column);
@@ -84,7 +87,7 @@ inline STILLREACH_NOINLINE void coupled_gradient(const ArmView& arm, const doubl
   for (int i = 0; i < arm.n; ++i) gradient[i] = 0.0;
   walk_coupled(arm, q, frame, [&](int a, double factor, const double* at, const double* axis) {
     const int leader = arm.coupling->leader[a];
-    const bool turns = arm.links[a].kind == REVOLUTE;
+    const bool turns = arm.links[a].kind == JointKind::REVOLUTE;
     double column[6] = {0, 0, 0, 0, 0, 0}, forces[6] = {0, 0, 0, 0, 0, 0};
     for (int r = 0; r < 3; ++r) column[turns ? 3 + r : r] = axis[r];
     if (turns) {

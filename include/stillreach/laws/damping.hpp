@@ -25,10 +25,15 @@ STILLREACH_INLINE double safe_step(int rank, const double* a, const double* inve
   double p = 0.0, n = 0.0, dp = 0.0, dn = 0.0, n3 = 0.0;
   for (int j = 0; j < rank; ++j) {
     const double t = a[j] * inverse[j], d = t * inverse[j];
-    if (t > 0.0)
-      p += t, dp += d;
-    else
-      n -= t, dn -= d, n3 -= d * inverse[j];
+    if (t > 0.0) {
+      p += t;
+      dp += d;
+    }
+    else {
+      n -= t;
+      dn -= d;
+      n3 -= d * inverse[j];
+    }
   }
   const double excess = p - n - limit, slope = dp - dn;
   if (!(excess > 4e-16 * (p + n))) return 0.0;
@@ -59,7 +64,10 @@ inline double step_inf(DampingSearch& d, double kappa) {
   for (int i = 0; i < d.count; ++i) {
     const double* term = d.terms + 7 * i;
     double a[kRows], u = 0.0, most = 0.0;
-    for (int j = 0; j < d.rank; ++j) u = madd(term[j], inverse[j], u), most = madd(magnitude(term[j]), inverse[j], most);
+    for (int j = 0; j < d.rank; ++j) {
+      u = madd(term[j], inverse[j], u);
+      most = madd(magnitude(term[j]), inverse[j], most);
+    }
     const double offset = term[6], sign = u + offset < 0.0 ? -1.0 : 1.0, limit = 1.0 - sign * offset;
     if (most + magnitude(offset) <= 1.0) continue;
     for (int j = 0; j < d.rank; ++j) a[j] = sign * term[j];
@@ -82,7 +90,8 @@ inline double step_2(const DampingSearch& d, double kappa) {
     const double fixed = d.offset ? d.offset[i] * d.limit[i] : 0.0;
     double u = fixed;
     for (int j = 0; j < d.rank; ++j) u = madd(row[j] * d.beta[j] * d.limit[i], inverse[j], u);
-    square = madd(u, u, square), offset = madd(u, fixed, offset);
+    square = madd(u, u, square);
+    offset = madd(u, fixed, offset);
     for (int j = 0; j < d.rank; ++j) a[j] = madd(u, row[j] * d.beta[j] * d.limit[i], a[j]);
   }
   const double norm = square_root(square);
@@ -93,28 +102,29 @@ inline double step_2(const DampingSearch& d, double kappa) {
 }
 
 // A damping factor that meets the limits for certain: the terms without their signs fall with kappa.
-inline double safe_side(const DampingSearch& d, int norm, double kappa) {
+inline double safe_side(const DampingSearch& d, NormKind norm, double kappa) {
   for (int step = 0; step < 2000; ++step) {
     double worst = 0.0, sum = 0.0;
     for (int i = 0; i < d.k; ++i) {
       double u = 0.0;
       for (int j = 0; j < d.rank; ++j) u += magnitude(d.shapes[6 * i + j] * d.beta[j]) * d.limit[i] / (d.square[j] + kappa);
       const double room = larger(1.0 - (d.offset ? magnitude(d.offset[i]) * d.limit[i] : 0.0), 1e-3);
-      worst = larger(worst, u / room), sum = madd(u / room, u / room, sum);
+      worst = larger(worst, u / room);
+      sum = madd(u / room, u / room, sum);
     }
-    if ((norm == NORM_2 ? square_root(sum) : worst) <= 1.0) break;
+    if ((norm == NormKind::EUCLIDEAN ? square_root(sum) : worst) <= 1.0) break;
     kappa = larger(kappa * 1.5, 1e-12 * d.square[0]);
   }
   return kappa;
 }
 
 // Eq. (10): the smallest kappa >= 0 that meets the limit. steps: how many it took; capped: the safe side was taken.
-inline double exact_damping(DampingSearch& d, int norm, int& steps, bool& capped) {
+inline double exact_damping(DampingSearch& d, NormKind norm, int& steps, bool& capped) {
   double kappa = 0.0;
   capped = false;
-  if (norm == NORM_INF) gather_terms(d);
+  if (norm == NormKind::MAXIMUM) gather_terms(d);
   for (steps = 1; steps <= kDampingSteps; ++steps) {
-    const double step = norm == NORM_2 ? step_2(d, kappa) : step_inf(d, kappa);
+    const double step = norm == NormKind::EUCLIDEAN ? step_2(d, kappa) : step_inf(d, kappa);
     const double next = kappa + step;
     if (!(next > kappa)) return kappa;
     kappa = next;
@@ -124,18 +134,10 @@ inline double exact_damping(DampingSearch& d, int norm, int& steps, bool& capped
 }
 
 // Eq. (16): kappa = [|V| |U' twist| / 2 dq_max]^2 with both norms inf, or both 2. `square` holds sigma^2.
-inline double closed_form_damping(const DampingSearch& d, int norm) {
+inline double closed_form_damping(const DampingSearch& d, NormKind norm) {
+  if (norm == NormKind::MAXIMUM) return closed_form_damping(d.rank, d.shapes, 6, d.k, d.limit, d.beta, d.square);
   double left = 0.0, right = 0.0, inverse[kRows];
   for (int j = 0; j < d.rank; ++j) inverse[j] = 1.0 / square_root(d.square[j]);
-  if (norm == NORM_INF) {
-    for (int i = 0; i < d.k; ++i) {
-      double sum = 0.0;
-      for (int j = 0; j < d.rank; ++j) sum = madd(magnitude(d.shapes[6 * i + j]), inverse[j], sum);
-      left = larger(left, sum * d.limit[i]);
-    }
-    for (int j = 0; j < d.rank; ++j) right = larger(right, magnitude(d.beta[j]));
-    return 0.25 * left * left * right * right;
-  }
   double product[kRows][kStride] = {};  // (shapes / sigma)' (shapes / sigma); its largest eigenvalue is |V|_2^2
   for (int i = 0; i < d.k; ++i) {
     double row[kRows];

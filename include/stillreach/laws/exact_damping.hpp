@@ -25,55 +25,90 @@ STILLREACH_INLINE T certain_step(T u, const T* b, const T* c, const T* f) {
   return larger(taylor, harmonic);
 }
 
+// Columns kStride apart, as the templates below read them.
+struct StridedColumns {
+  const double* first;
+  STILLREACH_INLINE const double* operator()(int j) const { return first + j * kStride; }
+  // w = weight times the column of joint `joint`.
+  STILLREACH_INLINE void weigh(int m, double joint, double weight, double* w) const {
+    const double* const column = (*this)(static_cast<int>(joint));
+    for (int r = 0; r < m; ++r) w[r] = column[r] * weight;
+  }
+};
+
+// The same for one problem (T double, where: bool) and for one a lane (Wide, Lanes).
+
 // The size of the relative rates, and the w of the joint that is furthest over its limit; with the 2-norm, of the sum of
 // all along today's direction, which is never longer than the sum itself.
-template <int M>
-STILLREACH_INLINE double furthest(Rows<M> m, const double* columns, int k, const double* limit, int norm, const double* z, double* w) {
-  double most = 0.0, square = 0.0;
-  int joint = 0;
+template <class T, int M, class Columns>
+STILLREACH_INLINE T furthest(Rows<M> m, const Columns& column, int k, const T* limit, NormKind norm, const T* z, T* w) {
+  const T zero = fill<T>(0.0);
+  T most = zero, square = zero, joint = zero, weight = zero;
   for (int j = 0; j < k; ++j) {
-    const double u = magnitude(z[j]) * limit[j];
-    if (u > most) most = u, joint = j;
+    const T u = magnitude(z[j]) * limit[j];
+    const Where<T> further = u > most;
+    most = select(further, u, most);
+    joint = select(further, fill<T>(j), joint);
+    weight = select(further, select(z[j] < zero, -limit[j], limit[j]), weight);
     square = madd(u, u, square);
   }
-  if (norm == NORM_INF) {
-    const double weight = z[joint] < 0.0 ? -limit[joint] : limit[joint];
-    for (int r = 0; r < m(); ++r) w[r] = columns[joint * kStride + r] * weight;
+  if (norm == NormKind::MAXIMUM) {
+    column.weigh(m(), joint, weight, w);
     return most;
   }
-  const double size = square_root(square);
-  for (int r = 0; r < m(); ++r) w[r] = 0.0;
+  const T size = square_root(square);
+  for (int r = 0; r < m(); ++r) w[r] = zero;
   for (int j = 0; j < k; ++j) {
-    const double weight = z[j] * limit[j] / size * limit[j];
-    for (int r = 0; r < m(); ++r) w[r] = madd(columns[j * kStride + r], weight, w[r]);
+    weight = z[j] * limit[j] / size * limit[j];
+    for (int r = 0; r < m(); ++r) w[r] = madd(column(j)[r], weight, w[r]);
   }
   return size;
 }
 
-// The smallest kappa >= 0 that meets the limit, from the undamped answer in z (k) and `in` (WIDE), whose factor changes; z
-// becomes the damped answer. steps: how many kappas were looked at. False where rounding or the number of steps ended it.
-template <int M>
-inline bool exact_damping(Rows<M> m, const double* columns, int k, const double* rhs, const double* limit, int norm, Inner& in,
-                          double* z, double& kappa, int& steps) {
-  Factor& f = in.factor;
-  double diagonal[kRows], w[kRows];
+// The smallest kappa >= 0 that meets the limit, from the undamped answer in z (k) and its `dual` and factor f, which change; z
+// becomes the damped answer. steps: how many kappas were looked at. Returns those of `where` that were answered: neither rounding
+// nor the number of steps ended them.
+template <class T, int M, class Columns, class F>
+inline Where<T> exact_damping(Rows<M> m, const Columns& column, int k, const T* rhs, const T* limit, NormKind norm, Where<T> where, F& f,
+                              T* dual, T* z, T& kappa, T& steps) {
+  T diagonal[kRows], w[kRows], v[kRows], t[kRows];
+  Where<T> settled = except(where, where);
   for (int r = 0; r < m(); ++r) diagonal[r] = f.gram[r][r];
-  for (kappa = 0.0, steps = 1; steps <= kDampingSteps; ++steps) {
-    const double u = furthest(m, columns, k, limit, norm, z, w);
-    if (u <= 1.0 + kLimitSlack) return true;
-    double v[kRows], t[kRows];
-    solve(m, f, w, v), solve(m, f, in.dual, t);
-    const double b[] = {dot(m, rhs, in.dual), dot(m, in.dual, in.dual), dot(m, in.dual, t)};
-    const double c[] = {dot(m, w, v), dot(m, v, v), inverse_norm(m, f, v)}, g[] = {u, dot(m, v, in.dual), dot(m, v, t)};
-    const double next = kappa + certain_step(u, b, c, g);
-    if (!(next > kappa)) return false;
-    kappa = next;
+  kappa = steps = fill<T>(0.0);
+  for (int step = 1; step <= kDampingSteps; ++step) {
+    const T u = furthest(m, column, k, limit, norm, z, w);
+    const Where<T> meets = where & (u <= fill<T>(1.0 + kLimitSlack));
+    settled |= meets;
+    where = except(where, meets);
+    steps = select(meets, fill<T>(step), steps);
+    if (!any(where)) break;
+    solve(m, f, w, v);
+    solve(m, f, dual, t);
+    const T b[] = {dot(m, rhs, dual), dot(m, dual, dual), dot(m, dual, t)};
+    const T c[] = {dot(m, w, v), dot(m, v, v), inverse_norm(m, f, v)}, g[] = {u, dot(m, v, dual), dot(m, v, t)};
+    const T next = kappa + certain_step(u, b, c, g);
+    where &= next > kappa;
+    kappa = select(where, next, kappa);
     for (int r = 0; r < m(); ++r) f.gram[r][r] = diagonal[r] + kappa;
-    if (!(factor(m, f) < infinity())) return false;
-    solve(m, f, rhs, in.dual);
-    for (int j = 0; j < k; ++j) z[j] = dot(m, columns + j * kStride, in.dual);
+    where &= factor(m, f) < fill<T>(infinity());
+    solve(m, f, rhs, dual);
+    for (int j = 0; j < k; ++j) z[j] = dot(m, column(j), dual);
   }
-  return false;
+  return settled;
+}
+
+// Eq. (16), kappa = [|V| |U' twist| / 2 dq_max]^2 with both norms inf, from shapes (k x rank, `stride` apart), beta and sigma^2.
+template <class T>
+STILLREACH_INLINE T closed_form_damping(int rank, const T* shapes, int stride, int k, const T* limit, const T* beta, const T* square) {
+  T left = fill<T>(0.0), right = fill<T>(0.0), inverse[kRows];
+  for (int j = 0; j < rank; ++j) inverse[j] = fill<T>(1.0) / square_root(square[j]);
+  for (int i = 0; i < k; ++i) {
+    T sum = fill<T>(0.0);
+    for (int j = 0; j < rank; ++j) sum = madd(magnitude(shapes[stride * i + j]), inverse[j], sum);
+    left = larger(left, sum * limit[i]);
+  }
+  for (int j = 0; j < rank; ++j) right = larger(right, magnitude(beta[j]));
+  return fill<T>(0.25) * left * left * right * right;
 }
 
 STILLREACH_END

@@ -171,7 +171,7 @@ template <int M>
 inline void stand_still(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
   const double still[kRows] = {0, 0, 0, 0, 0, 0};
   LawSettings bare = law;
-  bare.kind = LEAST_ERROR, bare.parts = 0;
+  bare.kind = LawKind::LEAST_ERROR, bare.parts = 0;
   Problem rest = p;
   rest.twist = still;
   least_error(m, bare, rest, w, out);

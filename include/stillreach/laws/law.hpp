@@ -10,11 +10,16 @@ STILLREACH_BEGIN
 template <int M>
 inline void solve_rows(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
   switch (law.kind) {
-    case PSEUDOINVERSE: return pseudoinverse(m, law, p, w, out);
-    case SINGULARITY_ROBUST: return singularity_robust(m, law, p, w, out);
-    case KEEP_DIRECTION: return keep_direction(m, law, p, w, out);
-    default: return least_error(m, law, p, w, out);
+    case LawKind::PSEUDOINVERSE: return pseudoinverse(m, law, p, w, out);
+    case LawKind::SINGULARITY_ROBUST: return singularity_robust(m, law, p, w, out);
+    case LawKind::LEAST_ERROR: return least_error(m, law, p, w, out);
+    case LawKind::KEEP_DIRECTION: return keep_direction(m, law, p, w, out);
   }
+  rest(p, out.rates);  // a number that is not a LawKind
+  out.status = INVALID_INPUT;
+  out.damping = out.scale = 0.0;
+  out.iterations = 0;
+  report(m, p, out);
 }
 
 // Whether the working joints could hold the tool still, inside their bounds, against those that move at one rate. answer: the law's.
@@ -23,10 +28,12 @@ inline bool can_stand_still(Rows<M> m, const LawSettings& law, const Problem& p,
   const double still[kRows] = {0, 0, 0, 0, 0, 0};
   double residual[kRows];
   LawSettings bare = law;
-  bare.kind = LEAST_ERROR, bare.parts = 0;
+  bare.kind = LawKind::LEAST_ERROR;
+  bare.parts = 0;
   Problem stand = p;
-  stand.twist = still, stand.reference = nullptr;
-  if (law.kind == KEEP_DIRECTION && answer.scale == 0.0) {  // it is at rest, as nearly as can be
+  stand.twist = still;
+  stand.reference = nullptr;
+  if (law.kind == LawKind::KEEP_DIRECTION && answer.scale == 0.0) {  // it is at rest, as nearly as can be
     Answer rest = answer;
     rest.residual = residual;
     task_residual(m, stand, answer.rates, residual);

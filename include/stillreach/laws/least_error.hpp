@@ -7,6 +7,8 @@
 
 STILLREACH_BEGIN
 
+constexpr int kCeilingSteps = 20;             // most prices that are tried for a ceiling,
+constexpr double kCeilingTolerance = 1e-12;  // and the relative error that it is met to
 constexpr double kLeftOut = 100.0;      // by this factor what is kept exceeds what the rank tolerance leaves out
 
 // Under a full joint weight W fixed joints that are off their reference pull at the others: nearest to the reference is then
@@ -22,7 +24,7 @@ inline void pull_reference(const Problem& p, const System& s, const double* rate
     any = true;
     for (int j = 0; j < s.k; ++j) {
       const int i = w.joint[j];
-      w.target[j] -= p.metric.joints[static_cast<std::size_t>(i) * p.n + f] * off;
+      w.target[j] -= p.metric.joints[std::ptrdiff_t{i} * p.n + f] * off;
     }
   }
   if (!any) return;
@@ -54,7 +56,7 @@ inline Box make_box(Rows<M> m, const LawSettings& law, const Problem& p, System&
   b.k = s.k, b.columns = w.columns, b.length = w.length, b.lower = w.lower, b.upper = w.upper, b.kappa = 0.0, b.threshold = law.rank_tolerance;
   b.weight = s.full ? w.weight : nullptr, b.whitened = w.whitened, b.triangle = w.triangle;
   b.z = w.z, b.state = w.state, b.target = w.target, b.work = w.work, b.index = w.index, b.releases = w.releases;
-  b.dependent = b.whole = 0.0, b.plain = law.kind == LEAST_ERROR && law.parts > 0 ? kPricedCondition : kPlainCondition;
+  b.dependent = b.whole = 0.0, b.plain = law.kind == LawKind::LEAST_ERROR && law.parts > 0 ? kPricedCondition : kPlainCondition;
   b.safe = kTwiceCondition, b.iterations = 0, b.capped = b.doubtful = false;
   return b;
 }
@@ -71,7 +73,7 @@ template <int M>
 inline bool solve_unbounded(Rows<M> m, const double* rhs, Box& b, Inner& in) {
   for (int j = 0; j < b.k; ++j) b.state[j] = 0;
   solve_free(m, b, rhs, in);
-  const double sigma = in.way == SPECTRAL ? in.spectrum.sigma[0] : square_root(in.factor.trace);
+  const double sigma = in.way == InnerWay::SPECTRAL ? in.spectrum.sigma[0] : square_root(in.factor.trace);
   b.threshold = -b.threshold * sigma, b.dependent = kDependent * sigma;
   bool all = true;
   for (int j = 0; j < b.k; ++j) all &= b.target[j] <= b.upper[j] && b.target[j] >= b.lower[j];
@@ -177,27 +179,28 @@ inline Priced make_priced(Rows<M> m, const LawSettings& law, const Problem& p, S
     for (int j = 0; j < s.k; ++j) w.lower[j] *= factor, w.upper[j] *= factor, w.offset[j] *= factor, w.scale[j] /= factor;
     s.unit_b /= factor, unit *= factor;
   }
-  for (int g = 0; g < d.parts; ++g) d.most[g] = law.price[g] * typical * unit, d.kappa[g] = d.least[g] = 0.0;
+  for (int g = 0; g < d.parts; ++g) d.most[g] = law.price[g] * typical * unit, d.kappa[g] = 0.0;
   return d;
 }
 
 // Where the search for the multiplier starts: a tick ago, or at 0.
 template <int M>
-inline void start_price(Rows<M> m, const System& s, const Multiplier* last, Priced& d) {
+inline void start_price(Rows<M> m, const LawSettings& law, const System& s, const Multiplier* last, Priced& d) {
   const double unit = s.unit_a * s.unit_a / s.unit_b;
   const bool warm = last && last->known;
   for (int r = 0; r < kStride; ++r) d.u[r] = warm && r < m() ? last->u[r] * unit : 0.0;
   for (int g = 0; g < d.parts; ++g) d.kappa[g] = warm ? last->kappa[g] / (s.unit_a * s.unit_a) : 0.0;
+  if (warm && law.capped >= 0) d.most[law.capped] *= clamp(last->raised, 1.0, law.beyond / law.price[law.capped]);
   if (warm) afford(m, d, d.u);
 }
 
 template <int M>
-inline void keep_multiplier(Rows<M> m, const System& s, const Priced& d, const double* u, Multiplier* to) {
+inline void keep_multiplier(Rows<M> m, const System& s, const Priced& d, const double* u, double raised, Multiplier* to) {
   if (!to) return;
   const double unit = s.unit_b / (s.unit_a * s.unit_a);
   for (int r = 0; r < kRows; ++r) to->u[r] = r < m() ? u[r] * unit : 0.0;
   for (int g = 0; g < kParts; ++g) to->kappa[g] = g < d.parts ? d.kappa[g] * s.unit_a * s.unit_a : 0.0;
-  to->known = 1;
+  to->raised = raised, to->known = 1;
 }
 
 // The largest damping whose error is more than rounding, or 0.
@@ -211,42 +214,32 @@ inline double damping_that_counts(Rows<M> m, const double* rhs, const Box& b, co
 }
 
 // law.ceiling times the typical rate, in the units of the scaled right-hand side.
-inline double ceiling_of(const LawSettings& law, const System& s, const Priced& d) {
-  return law.ceiling * (d.most[law.capped] / law.price[law.capped]) / (s.unit_a * s.unit_a);
+inline double ceiling_of(const LawSettings& law, const System& s, double most) {
+  return law.ceiling * (most / law.price[law.capped]) / (s.unit_a * s.unit_a);
 }
 
-// An error of the capped part beyond its ceiling: its price rises until the ceiling holds, at most to `beyond`. The error falls as the
-// price rises, and is continuous in it.
+// An error of the capped part beyond its ceiling: its price rises until the ceiling holds, at most to `high`. The error falls as the
+// price rises, and is continuous in it: Newton's method in a bracket. The search has been made with the present price.
 template <int M>
-inline void keep_ceiling(Rows<M> m, const LawSettings& law, const double* rhs, double ceiling, Box& b, Workspace& w, Priced& d) {
+inline void keep_ceiling(Rows<M> m, const LawSettings& law, const double* rhs, double ceiling, double low, double high, Box& b, Workspace& w,
+                         Priced& d) {
   const int g = law.capped;
-  const auto excess = [&] {
+  double below = 0.0, above = infinity();  // prices that are too low, and too high
+  for (int step = 0; step < kCeilingSteps; ++step) {
     double e[kStride], own[kRows];
     residual_of(b.columns, nullptr, b.k, rhs, b.z, e);
     only_part(m, d, g, e, own);
-    return size_of(m, own) - ceiling;
-  };
-  const auto search = [&](double most) {
-    d.most[g] = most;
+    const double price = d.most[g], excess = size_of(m, own) - ceiling;
+    if (magnitude(excess) <= kCeilingTolerance * ceiling || (excess > 0.0 ? price >= high : price <= low)) return;
+    (excess > 0.0 ? below : above) = price;
+    const double slope = d.kappa[g] > 0.0 ? error_slope(m, g, b, d) : 0.0;
+    double next = slope < 0.0 ? price - excess / slope : excess > 0.0 ? high : low;
+    next = clamp(next, low, high);
+    if (!(next > below && next < above)) next = below > 0.0 ? square_root(below) * square_root(smaller(above, high)) : low;
+    if (next == price) return;
+    d.most[g] = next;
     afford(m, d, d.u);
-    search_price(m, rhs, true, b, w, d);
-    return excess();
-  };
-  double low = d.most[g], high = low * (law.beyond / law.price[g]), above = excess();
-  if (!(above > 1e-12 * ceiling)) return;
-  double below = search(high);
-  for (int step = 0, side = 0; step < 40 && below < 0.0; ++step) {  // the Illinois method
-    const double middle = clamp(low + (high - low) * (above / (above - below)), low, high), there = search(middle);
-    if (magnitude(there) <= 1e-13 * ceiling || !(middle > low && middle < high)) return;
-    if (there > 0.0) {
-      low = middle, above = there;
-      if (side > 0) below *= 0.5;
-      side = 1;
-    } else {
-      high = middle, below = there;
-      if (side < 0) above *= 0.5;
-      side = -1;
-    }
+    search_price(m, rhs, magnitude(next - price) < 0.1 * price, nullptr, b, w, d);
   }
 }
 
@@ -256,7 +249,7 @@ inline bool search_one_price(Rows<M>, const double* rhs, const Inner& in, bool w
   if constexpr (M == 0) {
     return false;
   } else {
-    if (d.parts != 1 || b.weight || in.way != WIDE) return false;
+    if (d.parts != 1 || b.weight || in.way != InnerWay::WIDE) return false;
     double* const more = b.work;
     Variables<M> v{b.k, b.columns, b.lower, b.upper, b.target, more, more + b.k, b.z, more + 2 * b.k, more + 3 * b.k, b.index};
     OnePrice<M, Variables<M>> search(v, rhs, d.most[0], in.factor.trace);
@@ -289,22 +282,23 @@ inline void least_error(Rows<M> m, const LawSettings& law, const Problem& p, Wor
   const bool plain = law.parts == 0 || (size_of(m, in.residual) <= kRounding * size_of(m, rhs) && affordable(m, d, in.dual));
   if (inside_all && plain) {
     for (int j = 0; j < s.k; ++j) b.z[j] = b.target[j];
-    if (law.parts > 0) keep_multiplier(m, s, d, in.dual, out.multiplier);
+    if (law.parts > 0) keep_multiplier(m, s, d, in.dual, 1.0, out.multiplier);
   } else if (law.parts == 0) {
     bare_optimum(m, s, rhs, w, b, in, out);
   } else {
-    const bool warm = out.multiplier && out.multiplier->known;
-    start_price(m, s, out.multiplier, d);
+    const bool known = out.multiplier && out.multiplier->known;
+    const double own = law.capped >= 0 ? d.most[law.capped] : 1.0;
     double kappa;
-    if (law.capped < 0 && search_one_price(m, rhs, in, warm, b, d)) {
+    start_price(m, law, s, out.multiplier, d);
+    if (law.capped < 0 && search_one_price(m, rhs, in, known, b, d)) {
       kappa = d.kappa[0];
     } else {
-      search_price(m, rhs, warm, b, w, d);
-      if (law.capped >= 0) keep_ceiling(m, law, rhs, ceiling_of(law, s, d), b, w, d);
+      search_price(m, rhs, known, !known && in.way == InnerWay::WIDE && affordable(m, d, in.dual) ? in.dual : nullptr, b, w, d);
+      if (law.capped >= 0) keep_ceiling(m, law, rhs, ceiling_of(law, s, own), own, own * (law.beyond / law.price[law.capped]), b, w, d);
       kappa = damping_that_counts(m, rhs, b, d);
     }
     out.damping = kappa > 0.0 ? kappa * s.unit_a * s.unit_a : 0.0;
-    keep_multiplier(m, s, d, d.u, out.multiplier);
+    keep_multiplier(m, s, d, d.u, law.capped >= 0 ? d.most[law.capped] / own : 1.0, out.multiplier);
     if (out.damping > 0.0) out.status |= DAMPED;
   }
   if (b.capped) out.status |= ITERATION_LIMIT;

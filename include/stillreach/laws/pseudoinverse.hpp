@@ -40,7 +40,10 @@ inline void rest(const Problem& p, double* rates) {
 template <int M>
 inline void pseudoinverse(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
   int k;
-  out.status = OK, out.damping = 0.0, out.scale = 1.0, out.iterations = 0;
+  out.status = OK;
+  out.damping = 0.0;
+  out.scale = 1.0;
+  out.iterations = 0;
   find_working_joints(p, nullptr, w, k, out.rates);
   if (k == 0) {
     out.status |= NO_WORKING_JOINT;
@@ -69,7 +72,10 @@ inline void pseudoinverse(Rows<M> m, const LawSettings& law, const Problem& p, W
     const int i = w.joint[j];
     out.rates[i] = w.scale[j] * w.z[j];
     if (!(out.rates[i] <= p.upper[i] && out.rates[i] >= p.lower[i])) out.status |= OVER_LIMIT;
-    if (!is_finite(out.rates[i])) out.rates[i] = clamp(0.0, p.lower[i], p.upper[i]), out.status |= INVALID_INPUT;
+    if (!is_finite(out.rates[i])) {
+      out.rates[i] = clamp(0.0, p.lower[i], p.upper[i]);
+      out.status |= INVALID_INPUT;
+    }
   }
   report(m, p, out);
 }

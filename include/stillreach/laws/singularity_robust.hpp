@@ -43,20 +43,22 @@ inline double choose_damping(Rows<M> m, const LawSettings& law, const System& s,
     const double u = magnitude(w.z[j]) * w.limit[j];
     largest = larger(largest, u), square = madd(u, u, square);
   }
-  const double size = law.norm == NORM_2 ? square_root(square) : largest;
+  const double size = law.norm == NormKind::EUCLIDEAN ? square_root(square) : largest;
   if (size <= 1.0 + kLimitSlack) return 0.0;
 
-  bool harmless = in.way == WIDE && in.condition <= kPlainCondition;
+  bool harmless = in.way == InnerWay::WIDE && in.condition <= kPlainCondition;
   double kappa;
-  if (harmless && law.damping == DAMPING_EXACT && !s.full && !offset) {
+  if (harmless && law.damping == DampingKind::EXACT && !s.full && !offset) {
     for (int j = 0; j < s.k; ++j) w.target[j] = w.z[j];
-    harmless = exact_damping(m, w.columns, s.k, s.rhs, w.limit, law.norm, in, w.target, kappa, out.iterations);
+    double steps;
+    harmless = exact_damping(m, StridedColumns{w.columns}, s.k, s.rhs, w.limit, law.norm, true, in.factor, in.dual, w.target, kappa, steps);
+    out.iterations = static_cast<int>(steps);
     for (int j = 0; harmless && j < s.k; ++j) w.z[j] = w.target[j];
     if (harmless) return kappa;
   }
   if (harmless)
     spectrum(m(), in.factor, law.rank_tolerance, in.spectrum);
-  else if (in.way != SPECTRAL)
+  else if (in.way != InnerWay::SPECTRAL)
     spectrum(m(), w.columns, nullptr, s.k, law.rank_tolerance, w.work, in.spectrum);
   const Spectrum& sp = in.spectrum;
   DampingSearch d;
@@ -64,7 +66,7 @@ inline double choose_damping(Rows<M> m, const LawSettings& law, const System& s,
   for (int j = 0; j < sp.rank; ++j) d.beta[j] = dot(m, sp.left[j], s.rhs), d.square[j] = sp.sigma[j] * sp.sigma[j];
   write_shapes(m, sp, s.k, w);
   unwhiten(s, w, 6, w.shapes);
-  if (law.damping == DAMPING_EXACT) {
+  if (law.damping == DampingKind::EXACT) {
     bool capped;
     kappa = exact_damping(d, law.norm, out.iterations, capped);
     if (capped) out.status |= ITERATION_LIMIT;
@@ -83,7 +85,7 @@ inline double choose_damping(Rows<M> m, const LawSettings& law, const System& s,
 template <int M>
 inline bool has_full_rank(Rows<M> m, const LawSettings& law, const Problem& p, const System& s, double kappa, const Inner& in, Workspace& w) {
   const int most = full_rank(p, s.k);
-  if (!(kappa > 0.0) || in.way == SPECTRAL) return in.rank >= most;
+  if (!(kappa > 0.0) || in.way == InnerWay::SPECTRAL) return in.rank >= most;
   // 1 / trace of the inverse is at most the smallest eigenvalue
   if (1.0 / in.factor.inverse_trace - kappa > in.factor.trace / kRefinedCondition) return true;
   Inner bare;
@@ -111,14 +113,14 @@ inline bool damped_pass(Rows<M> m, const LawSettings& law, const Problem& p, Wor
     const double extent = w.extent[w.joint[j]];
     w.limit[j] = extent < infinity() ? w.scale[j] / extent : 0.0;
   }
-  const double kappa = law.damping == DAMPING_NUMBER ? law.kappa / s.unit_a / s.unit_a : 0.0;
+  const double kappa = law.damping == DampingKind::NUMBER ? law.kappa / s.unit_a / s.unit_a : 0.0;
   Inner in;
   solve_inner(m, w.columns, nullptr, k, s.rhs, kappa, law.rank_tolerance, w.work, w.z, in);
   unwhiten(s, w, 1, w.z);
   if (offset)
     for (int j = 0; j < k; ++j) w.z[j] += w.offset[j];
   if (!has_full_rank(m, law, p, s, kappa, in, w) || s.idle) out.status |= SINGULAR;
-  out.damping = law.damping == DAMPING_NUMBER ? law.kappa : choose_damping(m, law, s, offset, w, in, out) * s.unit_a * s.unit_a;
+  out.damping = law.damping == DampingKind::NUMBER ? law.kappa : choose_damping(m, law, s, offset, w, in, out) * s.unit_a * s.unit_a;
   for (int j = 0; j < k; ++j) out.rates[w.joint[j]] = w.scale[j] * w.z[j];
   return true;
 }

@@ -58,7 +58,7 @@ STILLREACH_INLINE void gram(Rows<M> m, const double* columns, const int* index, 
 // Factors f.gram. Returns a proven upper bound of its condition number, infinity where it is not positive (or not a number).
 template <int M, class T, class F>
 STILLREACH_INLINE T factor(F& f) {
-  T w[M][M], trace = fill<T>(0.0), inverse_trace = fill<T>(0.0);
+  T w[kRows][kRows], trace = fill<T>(0.0), inverse_trace = fill<T>(0.0);
   auto& l = f.lower;
   auto positive = trace == trace;
   STILLREACH_UNROLL for (int j = 0; j < M; ++j) {
@@ -82,7 +82,8 @@ STILLREACH_INLINE T factor(F& f) {
     }
     inverse_trace += sum;
   }
-  f.trace = trace, f.inverse_trace = inverse_trace;
+  f.trace = trace;
+  f.inverse_trace = inverse_trace;
   const T condition = trace * inverse_trace, none = fill<T>(infinity());
   return select(positive & (condition < none), condition, none);
 }
@@ -90,7 +91,7 @@ STILLREACH_INLINE T factor(F& f) {
 // x = G^-1 b: two products with the inverse triangle. x and b may be the same.
 template <int M, class T, class F>
 STILLREACH_INLINE void solve(const F& f, const T* b, T* x) {
-  T y[M];
+  T y[kRows];
   STILLREACH_UNROLL for (int i = 0; i < M; ++i) {
     T sum = b[i];
     STILLREACH_UNROLL for (int k = 0; k < i; ++k) sum = madd(f.inverse[i][k], b[k], sum);
@@ -150,11 +151,20 @@ inline STILLREACH_NOINLINE double inverse_norm(Rows<0> m, const Factor& f, const
   return with_rows(m.value, [&](auto rows) { return inverse_norm(rows, f, b); });
 }
 
-template <int M>
-STILLREACH_INLINE double dot(Rows<M> m, const double* a, const double* b) {
-  double sum = 0.0;
-  for (int r = 0; r < m(); ++r) sum = madd(a[r], b[r], sum);
+template <class T, int M>
+STILLREACH_INLINE T dot(Rows<M> m, const T* a, const T* b) {
+  const int rows = m();  // the compiler drops the annotation of a loop that calls
+  T sum = fill<T>(0.0);
+  STILLREACH_UNROLL for (int r = 0; r < rows; ++r) sum = madd(a[r], b[r], sum);
   return sum;
+}
+
+// Of the entries' sizes.
+template <class T, int M>
+STILLREACH_INLINE T largest_of(Rows<M> m, const T* a) {
+  T size = fill<T>(0.0);
+  for (int r = 0; r < m(); ++r) size = larger(size, magnitude(a[r]));
+  return size;
 }
 
 template <int M>

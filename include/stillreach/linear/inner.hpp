@@ -30,9 +30,11 @@ STILLREACH_INLINE void residual_of(const double* columns, const int* index, int 
   for (int i = 0; i < count; ++i) {
     const double* a = column_at(columns, index, i);
     const Pack t = broadcast(-z[i]);
-    low = madd(load(a), t, low), high = madd(load(a + 4), t, high);
+    low = madd(load(a), t, low);
+    high = madd(load(a + 4), t, high);
   }
-  store(residual, low), store(residual + 4, high);
+  store(residual, low);
+  store(residual + 4, high);
 }
 
 // to = A'u, u with zeros behind.
@@ -73,7 +75,9 @@ STILLREACH_INLINE bool solve_wide(Rows<M> m, const double* columns, const int* i
     for (int i = 0; i < count; ++i) z[i] += dot(m, column_at(columns, index, i), change);
   }
   for (int r = 0; r < m(); ++r) in.residual[r] = kappa * in.dual[r];
-  in.way = WIDE, in.rank = m(), in.inverse_square_sum = in.factor.inverse_trace;
+  in.way = InnerWay::WIDE;
+  in.rank = m();
+  in.inverse_square_sum = in.factor.inverse_trace;
   return true;
 }
 
@@ -107,7 +111,9 @@ STILLREACH_INLINE bool solve_tall(Rows<M> m, const double* columns, const int* i
     for (int i = 0; i < count; ++i) y[i] = -y[i];
     residual_of(columns, index, count, zero, y, in.dual);
   }
-  in.way = TALL, in.rank = count, in.inverse_square_sum = in.factor.inverse_trace;
+  in.way = InnerWay::TALL;
+  in.rank = count;
+  in.inverse_square_sum = in.factor.inverse_trace;
   return true;
 }
 
@@ -117,7 +123,8 @@ inline STILLREACH_NOINLINE void solve_spectral(Rows<M> m, const double* columns,
                                                double kappa, double threshold, double* work, double* z, Inner& in) {
   spectrum(m(), columns, index, count, threshold, work, in.spectrum);
   const Spectrum& s = in.spectrum;
-  in.way = SPECTRAL, in.rank = s.rank;
+  in.way = InnerWay::SPECTRAL;
+  in.rank = s.rank;
   in.inverse_square_sum = 0.0;
   for (int j = 0; j < s.count; ++j)
     in.inverse_square_sum += j < s.rank || kappa > 0.0 ? 1.0 / madd(s.sigma[j], s.sigma[j], kappa) : infinity();

@@ -36,7 +36,8 @@ STILLREACH_INLINE Rotations<P, M> rotations(P pp, P qq, P pq, M where) {
   const P c = below * inverse, s = select(d < zero, -twice, twice) * inverse;
   const M mixes = s * s * larger(pp, qq) > 1e-16 * smaller(pp, qq);
   turn.large = turn.here & ((square > 1e-16 * both) | mixes);
-  turn.c = select(turn.here, c, fill<P>(1.0)), turn.s = select(turn.here, s, zero);
+  turn.c = select(turn.here, c, fill<P>(1.0));
+  turn.s = select(turn.here, s, zero);
   return turn;
 }
 
@@ -50,7 +51,8 @@ STILLREACH_INLINE Pack sums(Pack (&p)[4]) {
 STILLREACH_INLINE void rotate(Pack c, Pack s, double* p, double* q) {
   for (int r = 0; r < 8; r += 4) {
     const Pack a = load(p + r), b = load(q + r);
-    store(p + r, madd(c, a, -(s * b))), store(q + r, madd(s, a, c * b));
+    store(p + r, madd(c, a, -(s * b)));
+    store(q + r, madd(s, a, c * b));
   }
 }
 

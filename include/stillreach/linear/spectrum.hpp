@@ -34,7 +34,9 @@ inline void jacobi(double (*triangle)[kStride], double (*right)[kStride]) {
       for (int i = 0; i < 3; ++i) {
         const double *P = triangle[round[i][0]], *Q = triangle[round[i][1]];
         const Pack a0 = load(P), a1 = load(P + 4), b0 = load(Q), b1 = load(Q + 4);
-        pp[i] = madd(a1, a1, a0 * a0), qq[i] = madd(b1, b1, b0 * b0), pq[i] = madd(a1, b1, a0 * b0);
+        pp[i] = madd(a1, a1, a0 * a0);
+        qq[i] = madd(b1, b1, b0 * b0);
+        pq[i] = madd(a1, b1, a0 * b0);
       }
       const auto turn = rotations(sums(pp), sums(qq), sums(pq), ~Mask{});
       if (!any(turn.here)) continue;
@@ -63,7 +65,8 @@ inline void finish_spectrum(int m, int count, double (*triangle)[kStride], const
     order[at] = j;
   }
   const double cut = threshold < 0.0 ? -threshold : threshold * (count > 0 ? length[order[0]] : 0.0);
-  s.count = count, s.rank = 0;
+  s.count = count;
+  s.rank = 0;
   for (int j = 0; j < count; ++j) {
     const double sigma = length[order[j]];
     s.sigma[j] = sigma;
@@ -78,7 +81,10 @@ inline void finish_spectrum(int m, int count, double (*triangle)[kStride], const
 STILLREACH_INLINE double dot(int first, int count, const double* a, const double* b) {
   Pack sum = {}, next = {};
   int i = first;
-  for (; i + 8 <= count; i += 8) sum = madd(load(a + i), load(b + i), sum), next = madd(load(a + i + 4), load(b + i + 4), next);
+  for (; i + 8 <= count; i += 8) {
+    sum = madd(load(a + i), load(b + i), sum);
+    next = madd(load(a + i + 4), load(b + i + 4), next);
+  }
   sum += next;
   double rest = (sum[0] + sum[2]) + (sum[1] + sum[3]);
   for (; i < count; ++i) rest = madd(a[i], b[i], rest);
@@ -106,24 +112,33 @@ inline STILLREACH_NOINLINE void spectrum(int m, const double* columns, const int
   const int steps = m < count ? m : count;
   double triangle[kRows][kStride] = {};  // triangle[j]: column j of R', in the task's row order
   int* pivot = s.pivot;
-  for (int j = 0; j < kRows; ++j) pivot[j] = j, s.head[j] = s.factor[j] = 0.0;
-  s.columns = count, s.reflections = work;
+  for (int j = 0; j < kRows; ++j) {
+    pivot[j] = j;
+    s.head[j] = s.factor[j] = 0.0;
+  }
+  s.columns = count;
+  s.reflections = work;
   for (int j = 0; j < steps; ++j) {
     int best = j;
     double best_norm = -1.0;
     for (int c = j; c < m; ++c) {
       const double norm = dot(j, count, work + pivot[c] * count, work + pivot[c] * count);
-      if (norm > best_norm) best_norm = norm, best = c;
+      if (norm > best_norm) {
+        best_norm = norm;
+        best = c;
+      }
     }
     const int swap = pivot[j];
-    pivot[j] = pivot[best], pivot[best] = swap;
+    pivot[j] = pivot[best];
+    pivot[best] = swap;
     double* v = work + pivot[j] * count;
     const double norm = square_root(best_norm);
     if (!(norm > kNoLength)) break;
     const double alpha = v[j] > 0.0 ? -norm : norm;
     const double head = v[j] - alpha, scale = 1.0 / (norm * (norm + magnitude(v[j])));
     triangle[j][pivot[j]] = alpha;
-    s.head[j] = head, s.factor[j] = scale;
+    s.head[j] = head;
+    s.factor[j] = scale;
     for (int c = j + 1; c < m; ++c) {
       double* w = work + pivot[c] * count;
       const double part = madd(head, w[j], dot(j + 1, count, v, w)) * scale;

@@ -13,10 +13,13 @@ constexpr double kWeightless = 1e-12;  // part of a joint's weight below which t
 inline void exchange_joints(int a, int b, int k, int factored, Workspace& w) {
   const auto exchange = [](auto& x, auto& y) {
     const auto kept = x;
-    x = y, y = kept;
+    x = y;
+    y = kept;
   };
   if (a == b) return;
-  exchange(w.joint[a], w.joint[b]), exchange(w.scale[a], w.scale[b]), exchange(w.target[a], w.target[b]);
+  exchange(w.joint[a], w.joint[b]);
+  exchange(w.scale[a], w.scale[b]);
+  exchange(w.target[a], w.target[b]);
   for (int r = 0; r < kStride; ++r) exchange(w.columns[a * kStride + r], w.columns[b * kStride + r]);
   for (int c = 0; c < factored; ++c) exchange(w.triangle[a * k + c], w.triangle[b * k + c]);
 }
@@ -24,7 +27,7 @@ inline void exchange_joints(int a, int b, int k, int factored, Workspace& w) {
 // w.triangle: L (row-major, k x k), with the identity behind the weighted directions, whose number is returned. The working
 // joints are put in the order of the pivots.
 inline int factor_joint_weight(const Problem& p, int k, Workspace& w) {
-  const auto weight = [&](int i, int j) { return p.metric.joints[static_cast<std::size_t>(w.joint[i]) * p.n + w.joint[j]]; };
+  const auto weight = [&](int i, int j) { return p.metric.joints[std::ptrdiff_t{w.joint[i]} * p.n + w.joint[j]]; };
   double *L = w.triangle, *left = w.target;
   for (int i = 0; i < k; ++i) left[i] = weight(i, i);
   for (int j = 0; j < k; ++j) {
@@ -32,7 +35,10 @@ inline int factor_joint_weight(const Problem& p, int k, Workspace& w) {
     double most = kWeightless;
     for (int i = j; i < k; ++i) {
       const double part = left[i] / weight(i, i);  // no weight: NaN, which is never the most
-      if (part > most) most = part, pivot = i;
+      if (part > most) {
+        most = part;
+        pivot = i;
+      }
     }
     if (!(most > kWeightless)) {
       for (int i = j; i < k; ++i)
@@ -121,7 +127,7 @@ inline bool weight_offset(Rows<M> m, const Problem& p, const double* rates, cons
     any = true;
     for (int j = 0; j < s.k; ++j) {
       const int i = w.joint[j];
-      w.offset[j] -= p.metric.joints[static_cast<std::size_t>(i) * p.n + f] * (rates[f] / p.metric.units[f] / unit);
+      w.offset[j] -= p.metric.joints[std::ptrdiff_t{i} * p.n + f] * (rates[f] / p.metric.units[f] / unit);
     }
   }
   if (!any) return false;

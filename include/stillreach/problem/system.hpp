@@ -28,17 +28,25 @@ STILLREACH_INLINE double power_of_two_near(double a) {
 STILLREACH_INLINE double scaling_unit(double a) { return a == 0.0 || (a > 1e-60 && a < 1e60) ? 1.0 : power_of_two_near(a); }
 
 // y = R x, R upper triangular or null for the identity.
-template <int M>
-STILLREACH_INLINE void apply_rows(Rows<M> m, const double* R, const double* x, double* y) {
-  for (int r = 0; r < m(); ++r) {
+template <class T, int M>
+STILLREACH_INLINE void apply_rows(Rows<M> m, const double* R, const T* x, T* y) {
+  const int rows = m();
+  STILLREACH_UNROLL for (int r = 0; r < rows; ++r) {
     if (!R) {
       y[r] = x[r];
       continue;
     }
-    double sum = R[r * m() + r] * x[r];
-    for (int c = r + 1; c < m(); ++c) sum = madd(R[r * m() + c], x[c], sum);
+    T sum = fill<T>(R[r * rows + r]) * x[r];
+    for (int c = r + 1; c < rows; ++c) sum = madd(fill<T>(R[r * rows + c]), x[c], sum);
     y[r] = sum;
   }
+}
+
+// Where a joint has one rate left, and moves.
+template <class T>
+STILLREACH_INLINE Where<T> moves_fixed(T lower, T upper) {
+  const Where<T> moves = lower != fill<T>(0.0), works = lower < upper;
+  return except(moves, works);
 }
 
 // Working joints are those with lower < upper that are not held. rates[i] of the others is set to their bound or is
@@ -57,7 +65,7 @@ inline void find_working_joints(const Problem& p, const std::int8_t* held, Works
 // The full joint weight of the working joints: k x k, row-major, into w.weight. Scaled rates are in joint units already.
 inline void gather_joint_weight(const Problem& p, int k, Workspace& w) {
   for (int i = 0; i < k; ++i)
-    for (int j = 0; j < k; ++j) w.weight[i * k + j] = p.metric.joints[static_cast<std::size_t>(w.joint[i]) * p.n + w.joint[j]];
+    for (int j = 0; j < k; ++j) w.weight[i * k + j] = p.metric.joints[std::ptrdiff_t{w.joint[i]} * p.n + w.joint[j]];
 }
 
 // Cholesky factor (lower, row-major, count x count) of the rows and columns `index` (null: all) of the k x k `weight`.
@@ -91,9 +99,10 @@ constexpr double kEndless = 2.0;  // [rad/s, m/s] what a joint without a rate li
 struct TypicalRate {
   double largest = 0.0, second = 0.0;
   STILLREACH_INLINE void add(const Metric& metric, int n, int i, double limit) {
-    const double own = metric.joints ? square_root(metric.joints[static_cast<std::size_t>(i) * n + i]) : 1.0;
+    const double own = metric.joints ? square_root(metric.joints[std::ptrdiff_t{i} * n + i]) : 1.0;
     const double rate = (limit < infinity() ? limit : kEndless) * own / (metric.columns ? metric.columns[i] : 1.0);
-    second = larger(second, smaller(largest, rate)), largest = larger(largest, rate);
+    second = larger(second, smaller(largest, rate));
+    largest = larger(largest, rate);
   }
   STILLREACH_INLINE double value() const { return second > 0.0 ? second : largest; }
 };
@@ -110,7 +119,8 @@ template <int M>
 STILLREACH_INLINE void weighted_column(Rows<M> m, const double* R, const double* column, double scale, double* a) {
   if (!R && m() == 6) {
     const Pack s = broadcast(scale), head = load(column) * s, tail = load_pair(column + 4) * s;
-    store(a, head), store(a + 4, tail);
+    store(a, head);
+    store(a + 4, tail);
     return;
   }
   apply_rows(m, R, column, a);
@@ -131,7 +141,8 @@ inline double reference_extent(const Problem& p, int k, const double* extent, co
 
 // Brings columns and right-hand side into the range where squares can be summed.
 inline void rescale(System& s, double size_a, double size_b, Workspace& w) {
-  s.unit_a = scaling_unit(size_a), s.unit_b = scaling_unit(size_b);
+  s.unit_a = scaling_unit(size_a);
+  s.unit_b = scaling_unit(size_b);
   for (int j = 0; j < kStride * s.k; ++j) w.columns[j] /= s.unit_a;
   for (int r = 0; r < s.m; ++r) s.rhs[r] /= s.unit_b;
   for (int j = 0; j < s.k; ++j) w.scale[j] = w.scale[j] / s.unit_a * s.unit_b;
@@ -141,14 +152,14 @@ inline void rescale(System& s, double size_a, double size_b, Workspace& w) {
 inline bool any_moves(const Problem& p) {
   if (p.n < 4) {
     bool moves = false;
-    for (int i = 0; i < p.n; ++i) moves |= !(p.lower[i] < p.upper[i]) && p.lower[i] != 0.0;
+    for (int i = 0; i < p.n; ++i) moves |= moves_fixed(p.lower[i], p.upper[i]);
     return moves;
   }
   Mask moves = {};
   for (int next = 0; next < p.n; next += 4) {  // the last four may overlap those before
     const int i = next + 4 <= p.n ? next : p.n - 4;
     const Pack low = load(p.lower + i), high = load(p.upper + i);
-    moves |= ~(low < high) & (low != Pack{0, 0, 0, 0});
+    moves |= moves_fixed(low, high);
   }
   return bits_of(moves) != 0;
 }
@@ -158,7 +169,13 @@ template <int M>
 inline System assemble(Rows<M> m, const Problem& p, const double* rates, const std::int8_t* held, int k, const double* extent,
                        Workspace& w) {
   System s;
-  s.m = m(), s.k = k, s.weighted = k, s.idle = false, s.full = p.metric.joints != nullptr, s.unit_a = 1.0, s.unit_b = 1.0;
+  s.m = m();
+  s.k = k;
+  s.weighted = k;
+  s.idle = false;
+  s.full = p.metric.joints != nullptr;
+  s.unit_a = 1.0;
+  s.unit_b = 1.0;
   double raw[kRows];
   for (int r = 0; r < m(); ++r) raw[r] = p.twist[r];
   if (held || any_moves(p))
@@ -193,36 +210,51 @@ inline System assemble(Rows<M> m, const Problem& p, const double* rates, const s
   return s;
 }
 
-// e = twist - J rates.
+// e = twist - J rates. P: Problem or LaneProblem.
+template <class T, int M, class P>
+STILLREACH_INLINE void residual_by_rows(Rows<M> m, const P& p, const T* rates, T* e) {
+  const int rows = m();
+  STILLREACH_UNROLL for (int r = 0; r < rows; ++r) e[r] = p.twist[r];
+  for (int i = 0; i < p.n; ++i)
+    STILLREACH_UNROLL for (int r = 0; r < rows; ++r) e[r] = madd(p.jacobian[i * rows + r], -rates[i], e[r]);
+}
 template <int M>
 STILLREACH_INLINE void task_residual(Rows<M> m, const Problem& p, const double* rates, double* e) {
   if (m() == 6) {  // two packs that overlap
     Pack head = load(p.twist), tail = load(p.twist + 2);
     for (int i = 0; i < p.n; ++i) {
       const Pack rate = broadcast(-rates[i]);
-      head = madd(load(p.jacobian + 6 * i), rate, head), tail = madd(load(p.jacobian + 6 * i + 2), rate, tail);
+      head = madd(load(p.jacobian + 6 * i), rate, head);
+      tail = madd(load(p.jacobian + 6 * i + 2), rate, tail);
     }
-    store(e, head), store(e + 2, tail);
+    store(e, head);
+    store(e + 2, tail);
     return;
   }
-  for (int r = 0; r < m(); ++r) e[r] = p.twist[r];
-  for (int i = 0; i < p.n; ++i)
-    for (int r = 0; r < m(); ++r) e[r] = madd(-p.jacobian[i * m() + r], rates[i], e[r]);
+  residual_by_rows(m, p, rates, e);
 }
 
 constexpr double kCompensated = 1e-9;  // relative task error from which on a runaway joint counts as not compensated
+
+// The largest entry of what the fixed joints do to the task. P: Problem or LaneProblem.
+template <class T, int M, class P>
+STILLREACH_INLINE T drift_of(Rows<M> m, const P& p) {
+  T drift = fill<T>(0.0);
+  for (int i = 0; i < p.n; ++i) {
+    const Where<T> moves = moves_fixed(p.lower[i], p.upper[i]);
+    if (!any(moves)) continue;
+    for (int r = 0; r < m(); ++r)
+      drift = larger(drift, select(moves, magnitude(p.jacobian[i * m() + r] * p.lower[i]), fill<T>(0.0)));
+  }
+  return drift;
+}
 
 // Where a fixed joint moves, and the task is not met: the others may be unable to make up for it.
 template <int M>
 inline bool fault_not_compensated(Rows<M> m, const Problem& p, const Answer& out) {
   if (!any_moves(p)) return false;
-  double drift = 0.0, size = 0.0;
-  for (int i = 0; i < p.n; ++i)
-    if (!(p.lower[i] < p.upper[i]) && p.lower[i] != 0.0)
-      for (int r = 0; r < m(); ++r) drift = larger(drift, magnitude(p.jacobian[i * m() + r] * p.lower[i]));
-  if (drift == 0.0) return false;
-  for (int r = 0; r < m(); ++r) size = larger(size, magnitude(out.residual[r]));
-  return size > kCompensated * drift;
+  const double drift = drift_of<double>(m, p);
+  return drift != 0.0 && largest_of(m, out.residual) > kCompensated * drift;
 }
 
 // -1 at the lower bound, 1 at the upper one, 2 fixed, 0 free; as in Answer::active.
@@ -235,10 +267,14 @@ STILLREACH_INLINE std::int8_t bound_code(double rate, double lower, double upper
 inline bool bound_codes(int n, const double* rates, const double* lower, const double* upper, std::int8_t* codes) {
   bool saturated = false;
   if (n < 4) {
-    for (int i = 0; i < n; ++i) codes[i] = bound_code(rates[i], lower[i], upper[i]), saturated |= (codes[i] & 1) != 0;
+    for (int i = 0; i < n; ++i) {
+      codes[i] = bound_code(rates[i], lower[i], upper[i]);
+      saturated |= (codes[i] & 1) != 0;
+    }
     return saturated;
   }
-  const auto bytes = [](int bits) { return (static_cast<unsigned>(bits) * 0x204081u) & 0x1010101u; };  // bit l to byte l
+  // bit l to byte l
+  const auto bytes = [](int bits) { return (static_cast<unsigned>(bits) * 0x204081u) & 0x1010101u; };
   for (int next = 0; next < n; next += 4) {  // the last four may overlap those before
     const int i = next + 4 <= n ? next : n - 4;
     const Pack rate = load(rates + i), low = load(lower + i), high = load(upper + i), small = broadcast(1e-9);
@@ -259,14 +295,11 @@ inline void report(Rows<M> m, const Problem& p, Answer& out) {
   task_residual(m, p, out.rates, e);
   const bool saturated = bound_codes(p.n, out.rates, p.lower, p.upper, out.active);
   apply_rows(m, p.metric.rows, e, weighted);
-  double size = 0.0;
-  for (int r = 0; r < m(); ++r) out.residual[r] = e[r], size = larger(size, magnitude(weighted[r]));
-  const double unit = scaling_unit(size);
-  double sum = 0.0;
-  for (int r = 0; r < m(); ++r) {
-    const double v = unit == 1.0 ? weighted[r] : weighted[r] / unit;
-    sum = madd(v, v, sum);
-  }
+  for (int r = 0; r < m(); ++r) out.residual[r] = e[r];
+  const double unit = scaling_unit(largest_of(m, weighted));
+  if (unit != 1.0)
+    for (int r = 0; r < m(); ++r) weighted[r] /= unit;
+  const double sum = dot(m, weighted, weighted);
   out.task_error = sum == sum ? square_root(sum) * unit : infinity();  // NaN: numbers that overflow
   if (saturated) out.status |= SATURATED;
   if (fault_not_compensated(m, p, out)) out.status |= FAULT_NOT_COMPENSATED;

@@ -36,25 +36,38 @@ struct Workspace {
 };
 
 STILLREACH_INLINE std::size_t workspace_doubles(int n, bool full_joint_weight) {
-  return 33 * static_cast<std::size_t>(n) + (full_joint_weight ? (3 * static_cast<std::size_t>(n) + 10) * n : 0);
+  return 33 * to_size(n) + (full_joint_weight ? (3 * to_size(n) + 10) * to_size(n) : 0);
 }
-STILLREACH_INLINE std::size_t workspace_ints(int n) { return 3 * static_cast<std::size_t>(n); }
-STILLREACH_INLINE std::size_t workspace_bytes(int n) { return 3 * static_cast<std::size_t>(n); }
+STILLREACH_INLINE std::size_t workspace_ints(int n) { return 3 * to_size(n); }
+STILLREACH_INLINE std::size_t workspace_bytes(int n) { return 3 * to_size(n); }
 
 STILLREACH_INLINE Workspace make_workspace(int n, bool full_joint_weight, double* doubles, int* ints, std::int8_t* bytes) {
   Workspace w;
   w.n = n;
-  w.columns = doubles, w.shapes = doubles + 8 * n, w.work = doubles + 16 * n;
+  w.columns = doubles;
+  w.shapes = doubles + 8 * n;
+  w.work = doubles + 16 * n;
   double* rest = doubles + 23 * n;
   double** vectors[] = {&w.scale, &w.limit, &w.lower, &w.upper, &w.z, &w.target, &w.offset, &w.extent, &w.length, &w.other};
-  for (double** v : vectors) *v = rest, rest += n;
+  for (double** v : vectors) {
+    *v = rest;
+    rest += n;
+  }
   w.whitened = w.triangle = w.weight = w.whole = w.second = w.third = nullptr;
   if (full_joint_weight) {
-    w.whitened = rest, w.second = rest + 8 * n, w.third = w.second + n, w.triangle = w.third + n;
-    w.weight = w.triangle + static_cast<std::size_t>(n) * n, w.whole = w.weight + static_cast<std::size_t>(n) * n;
+    w.whitened = rest;
+    w.second = rest + 8 * n;
+    w.third = w.second + n;
+    w.triangle = w.third + n;
+    w.weight = w.triangle + std::ptrdiff_t{n} * n;
+    w.whole = w.weight + std::ptrdiff_t{n} * n;
   }
-  w.joint = ints, w.index = ints + n, w.releases = ints + 2 * n;
-  w.state = bytes, w.held = bytes + n, w.other_active = bytes + 2 * n;
+  w.joint = ints;
+  w.index = ints + n;
+  w.releases = ints + 2 * n;
+  w.state = bytes;
+  w.held = bytes + n;
+  w.other_active = bytes + 2 * n;
   return w;
 }
 

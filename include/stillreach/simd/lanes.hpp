@@ -44,7 +44,10 @@ inline void load_lanes(const double* const* from, int count, Wide* to) {
     for (int h = 0; h < kLanes / 4; ++h) {
       Pack a = load(from[4 * h] + i), b = load(from[4 * h + 1] + i), c = load(from[4 * h + 2] + i), d = load(from[4 * h + 3] + i);
       transpose(a, b, c, d);
-      part[0][h] = a, part[1][h] = b, part[2][h] = c, part[3][h] = d;
+      part[0][h] = a;
+      part[1][h] = b;
+      part[2][h] = c;
+      part[3][h] = d;
     }
     for (int r = 0; r < 4; ++r) to[i + r] = join(part[r]);
   }

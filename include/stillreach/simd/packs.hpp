@@ -17,6 +17,20 @@ STILLREACH_INLINE double fill<double>(double a) {
   return a;
 }
 
+// What a comparison of two of them answers.
+template <class P>
+struct Comparison;
+template <>
+struct Comparison<double> {
+  using Type = bool;
+};
+template <>
+struct Comparison<Pack> {
+  using Type = Mask;
+};
+template <class P>
+using Where = typename Comparison<P>::Type;
+
 STILLREACH_INLINE double select(bool where, double a, double b) { return where ? a : b; }
 STILLREACH_INLINE Pack select(Mask where, Pack a, Pack b) { return choose(where, a, b); }
 
@@ -90,7 +104,8 @@ STILLREACH_INLINE void store_pair(double* p, Pack v) {
 #if defined(__AVX2__) && !defined(STILLREACH_PORTABLE_PACK)
   _mm_storeu_pd(p, _mm256_castpd256_pd128((__m256d)v));
 #else
-  p[0] = v[0], p[1] = v[1];
+  p[0] = v[0];
+  p[1] = v[1];
 #endif
 }
 STILLREACH_INLINE Pack load_pair(const double* p) {
@@ -104,8 +119,10 @@ STILLREACH_INLINE Pack load_pair(const double* p) {
 STILLREACH_INLINE void transpose(Pack& a, Pack& b, Pack& c, Pack& d) {
   const Pack ab = STILLREACH_SHUFFLE(a, b, 0, 4, 2, 6), ba = STILLREACH_SHUFFLE(a, b, 1, 5, 3, 7);
   const Pack cd = STILLREACH_SHUFFLE(c, d, 0, 4, 2, 6), dc = STILLREACH_SHUFFLE(c, d, 1, 5, 3, 7);
-  a = STILLREACH_SHUFFLE(ab, cd, 0, 1, 4, 5), c = STILLREACH_SHUFFLE(ab, cd, 2, 3, 6, 7);
-  b = STILLREACH_SHUFFLE(ba, dc, 0, 1, 4, 5), d = STILLREACH_SHUFFLE(ba, dc, 2, 3, 6, 7);
+  a = STILLREACH_SHUFFLE(ab, cd, 0, 1, 4, 5);
+  c = STILLREACH_SHUFFLE(ab, cd, 2, 3, 6, 7);
+  b = STILLREACH_SHUFFLE(ba, dc, 0, 1, 4, 5);
+  d = STILLREACH_SHUFFLE(ba, dc, 2, 3, 6, 7);
 }
 
 STILLREACH_END

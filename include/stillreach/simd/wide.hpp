@@ -21,6 +21,11 @@ struct Flags {
 };
 
 template <>
+struct Comparison<Wide> {
+  using Type = Lanes;
+};
+
+template <>
 STILLREACH_INLINE Wide fill<Wide>(double a) {
   return {_mm512_set1_pd(a)};
 }
@@ -79,7 +84,8 @@ STILLREACH_INLINE void turn_quadrants(Wide shifted, Wide s, Wide c, Wide& sine, 
   const auto signed_by = [two](__m512i turns, Wide a) {
     return Wide{_mm512_xor_pd(a.all, _mm512_castsi512_pd(_mm512_slli_epi64(_mm512_and_si512(turns, two), 62)))};
   };
-  sine = signed_by(quadrant, select(swap, c, s)), cosine = signed_by(next, select(swap, s, c));
+  sine = signed_by(quadrant, select(swap, c, s));
+  cosine = signed_by(next, select(swap, s, c));
 }
 
 // Four lanes at a time as a pack: those of half 0 or 1.

@@ -1,4 +1,4 @@
-"""What the arm is: joints, limits, builders and the catalogue ``stillreach.arms``."""
+"""What the arm is: joints, limits and builders."""
 
 from stillreach.arm.dh import DHRow
 from stillreach.arm.follower import Follower

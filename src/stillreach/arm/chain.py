@@ -1,25 +1,28 @@
-"""A serial chain put together step by step, from whatever a robot file holds between base and tip."""
+"""The serial chain between two nodes of a tree, from the steps that a robot file has between them."""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from stillreach._door import FloatArray
 from stillreach.arm.follower import Follower
 from stillreach.arm.joint import Joint
-from stillreach.arm.mimic import LARGEST, Place
-from stillreach.arm.placements import moved
+from stillreach.arm.led import LARGEST, MimicOf, positions
+from stillreach.arm.placements import inverse, moved, rigid
 from stillreach.arm.robot_file import RobotFile, shown
 
 MAX_PASSED, MAX_MOVING = 2000, 1000
+Node = TypeVar("Node", bound=Hashable)
+Step = FloatArray | Joint
+"""A transform (4, 4), or a joint that can move, whose placement does not count."""
 
 
 class Chain(NamedTuple):
-    """What an arm is made of: joints, tool (4, 4) seen from the last one, name, joints that follow."""
+    """Parts of an arm: joints, tool (4, 4) seen from the last one, name, joints that follow."""
 
     joints: list[Joint]
     tool: FloatArray
@@ -27,133 +30,112 @@ class Chain(NamedTuple):
     followers: list[Follower]
 
 
-class Move(NamedTuple):
-    """One way in which a chain moves: what a file says of a revolute or prismatic joint; axis (3,) of length 1."""
-
-    name: str
-    kind: str
-    axis: FloatArray
-    position_limits: tuple[float, float]
-    velocity_limit: float = math.inf
-    acceleration_limit: float = math.inf
+def way(base: Node, tip: Node, parent: Callable[[Node], Node | None]) -> list[tuple[Node, bool]]:
+    """The nodes between which and their parents the chain goes, each with whether it goes up, to the parent."""
+    up, down = list(_below_root(base, parent)), list(_below_root(tip, parent))
+    while up and down and up[-1] == down[-1]:
+        up.pop()
+        down.pop()
+    return [(node, True) for node in up] + [(node, False) for node in reversed(down)]
 
 
-class ChainBuilder:
-    """Joints so far, and the fixed transform since the last of them.
+def _below_root(node: Node, parent: Callable[[Node], Node | None]) -> Iterator[Node]:
+    while (above := parent(node)) is not None:
+        yield node
+        node = above
 
-    Args:
-        file: for messages.
-        passed: number of joints between base and tip, the fixed ones included.
+
+def along(passed: list[tuple[Node, bool]], steps_to: Callable[[Node, bool], list[Step]]) -> list[Step]:
+    """The steps along a way; ``steps_to`` has those from a node's parent to the node, whichever way it is passed."""
+    steps: list[Step] = []
+    for node, up in passed:
+        own = steps_to(node, up)
+        steps += [_back(step) for step in reversed(own)] if up else own
+    return steps
+
+
+def _back(step: Step) -> Step:
+    return replace(step, axis=-step.axis) if isinstance(step, Joint) else inverse(step)
+
+
+def check_length(file: RobotFile, passed: int) -> None:
+    """Raises RobotFileError if there are too many joints between base and tip, the fixed ones included."""
+    if passed > MAX_PASSED:
+        raise file.error(f"{passed} joints between base and tip", f"at most {MAX_PASSED}")
+
+
+def assembled(file: RobotFile, name: str, steps: list[Step], mimic_of: MimicOf, fixed: Any) -> Chain:
+    """The chain of these steps, from base to tip.
 
     Raises:
-        RobotFileError: there are too many.
+        RobotFileError: if a joint is there twice or too far away, no joint moves, or too many do; and as of
+            ``positions``, whose arguments ``mimic_of`` and ``fixed`` are.
+        InputError: if ``fixed`` is not a mapping to numbers.
     """
-
-    def __init__(self, file: RobotFile, passed: int) -> None:
-        if passed > MAX_PASSED:
-            raise file.error(f"{passed} joints between base and tip", f"at most {MAX_PASSED}")
-        self.file = file
-        self.joints: list[Joint] = []
-        self.followers: list[tuple[Joint, Follower]] = []  # as in the file, with limits, and as in the arm
-        self.names: set[str] = set()
-        self.since = np.eye(4)
-
-    def fix(self, T: FloatArray) -> None:
-        """Go on by a transform (4, 4) that does not change."""
-        self.since = self.since @ T
-
-    def go(self, place: Place, move: Move, *, backwards: bool = False) -> None:
-        """Go on by a joint that moves or is held; backwards: from its child to its parent.
-
-        Raises:
-            RobotFileError: a joint of that name is there already, or is too far away.
-        """
-        axis = -move.axis if backwards else move.axis
-        if place.leader is None:
-            self.fix(moved(move.kind, axis, place.offset))
-            return
-        label = f"joint {shown(move.name)}"
-        if move.name in self.names:
-            raise self.file.error("a second joint of that name between base and tip", "each name once", element=label)
-        self.names.add(move.name)
-        placement, self.since = self._placement(label), np.eye(4)
-        joint = Joint(placement=placement, **{**move._asdict(), "axis": axis})
-        if place.leader == move.name:
-            self.joints.append(joint)
-            return
-        at = len(self.joints) + len(self.followers)
-        led = Follower(joint, leader=place.leader, multiplier=place.factor, offset=place.offset, place=at)
-        self.followers.append((joint, led))
-
-    def chain(self, name: str) -> Chain:
-        """What was put together.
-
-        Raises:
-            RobotFileError: no joint moves, or too many do; the tool is too far away.
-        """
-        moving = len(self.joints) + len(self.followers)
-        if not self.joints:
-            raise self.file.error("no joint that moves between base and tip", "at least one", argument="tip")
-        if moving > MAX_MOVING:
-            raise self.file.error(f"{moving} moving joints between base and tip", f"at most {MAX_MOVING}")
-        joints = [self._limited(joint) for joint in self.joints]
-        return Chain(joints, self._placement("the tool"), name, [follower for _, follower in self.followers])
-
-    def _placement(self, whose: str) -> FloatArray:
-        """What was fixed since the last joint that moves, (4, 4)."""
-        far = float(np.max(np.abs(self.since[:3, 3])))
-        if not far <= LARGEST:
-            got = f"a place {far:.9g} m away from the moving joint or the base before it"
-            raise self.file.error(got, f"at most {LARGEST:g} m along each axis", element=whose)
-        return rigid(self.since)
-
-    def _limited(self, leader: Joint) -> Joint:
-        """A joint within its own limits and those of its followers.
-
-        Limits of followers are often missing or copied from the leader; a range that would leave the leader none does
-        not count.
-        """
-        led = [(joint, follower) for joint, follower in self.followers if follower.leader == leader.name]
-        own, theirs = leader.position_limits, [_of_leader(*pair) for pair in led]
-        ranges = [own, *(pair for pair in theirs if _common([own, pair]))]
-        factors = [abs(follower.multiplier) for _, follower in led]
-        rates = [joint.velocity_limit / factor for (joint, _), factor in zip(led, factors, strict=True)]
-        changes = [joint.acceleration_limit / factor for (joint, _), factor in zip(led, factors, strict=True)]
-        return replace(
-            leader,
-            position_limits=_common(ranges) or own,
-            velocity_limit=min([leader.velocity_limit, *rates]),
-            acceleration_limit=min([leader.acceleration_limit, *changes]),
-        )
+    found = positions(file, [str(step.name) for step in steps if isinstance(step, Joint)], mimic_of, fixed)
+    joints: list[Joint] = []
+    led: list[tuple[Joint, Follower]] = []  # as in the file, with limits, and as in the arm
+    names, since = set[str](), np.eye(4)
+    for step in steps:
+        if not isinstance(step, Joint):
+            since = since @ step
+            continue
+        leader, factor, offset = found[str(step.name)]
+        if leader is None:
+            since = since @ moved(step.kind, step.axis, offset)
+            continue
+        label = f"joint {shown(step.name)}"
+        if step.name in names:
+            raise file.error("a second joint of that name between base and tip", "each name once", element=label)
+        names.add(str(step.name))
+        joint, since = replace(step, placement=_placement(file, since, label)), np.eye(4)
+        if leader == step.name:
+            joints.append(joint)
+        else:
+            place = len(names) - 1
+            led.append((joint, Follower(joint, leader=leader, multiplier=factor, offset=offset, place=place)))
+    if not joints:
+        raise file.error("no joint that moves between base and tip", "at least one", argument="tip")
+    if len(names) > MAX_MOVING:
+        raise file.error(f"{len(names)} moving joints between base and tip", f"at most {MAX_MOVING}")
+    tool = _placement(file, since, "the tool")
+    return Chain([_limited(joint, led) for joint in joints], tool, name, [follower for _, follower in led])
 
 
-def _of_leader(joint: Joint, follower: Follower) -> tuple[float, float]:
-    """The leader's range that keeps a follower in its own."""
-    ends = sorted((end - follower.offset) / follower.multiplier for end in joint.position_limits)
-    return ends[0], ends[1]
+def _placement(file: RobotFile, since: FloatArray, whose: str) -> FloatArray:
+    """The transform since the last joint that moves, (4, 4)."""
+    far = float(np.max(np.abs(since[:3, 3])))
+    if not far <= LARGEST:
+        got = f"a place {far:.9g} m away from the moving joint or the base before it"
+        raise file.error(got, f"at most {LARGEST:g} m along each axis", element=whose)
+    return rigid(since)
+
+
+def _limited(leader: Joint, led: list[tuple[Joint, Follower]]) -> Joint:
+    """A joint within its own limits and those of its followers.
+
+    Limits of followers are often missing or copied from the leader; a range that would leave the leader none does not
+    count.
+    """
+    own, ranges = leader.position_limits, [leader.position_limits]
+    velocities, accelerations = [leader.velocity_limit], [leader.acceleration_limit]
+    for joint, follower in led:
+        if follower.leader != leader.name:
+            continue
+        ends = sorted((end - follower.offset) / follower.multiplier for end in joint.position_limits)
+        if _common([own, (ends[0], ends[1])]):
+            ranges.append((ends[0], ends[1]))
+        velocities.append(joint.velocity_limit / abs(follower.multiplier))
+        accelerations.append(joint.acceleration_limit / abs(follower.multiplier))
+    return replace(
+        leader,
+        position_limits=_common(ranges) or own,
+        velocity_limit=min(velocities),
+        acceleration_limit=min(accelerations),
+    )
 
 
 def _common(ranges: list[tuple[float, float]]) -> tuple[float, float] | None:
     """The range that all have in common, or None where that is less than a range."""
     lower, upper = max(pair[0] for pair in ranges), min(pair[1] for pair in ranges)
     return (lower, upper) if lower < upper else None
-
-
-def rigid(T: FloatArray) -> FloatArray:
-    """The transform with the rounding of many products taken out of its rotation."""
-    R = T[:3, :3]
-    clean = np.eye(4)
-    clean[:3, 3] = T[:3, 3]
-    if np.max(np.abs(R @ R.T - np.eye(3))) > 1e-14:
-        U, _, Vt = np.linalg.svd(R)
-        R = U @ Vt
-    clean[:3, :3] = R
-    return clean
-
-
-def inverse(T: FloatArray) -> FloatArray:
-    """The inverse of a rigid transform."""
-    back = np.eye(4)
-    back[:3, :3] = T[:3, :3].T
-    back[:3, 3] = -T[:3, :3].T @ T[:3, 3]
-    return back

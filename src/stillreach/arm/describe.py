@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stillreach._door import FloatArray
+from stillreach._words import aligned
 from stillreach.arm.placements import moved
 
 if TYPE_CHECKING:
@@ -31,10 +33,14 @@ def describe(arm: Arm) -> str:
         frame = (_triple(T[:3, 3]), _triple(T[:3, :3] @ joint.axis))
         rows.append((str(joint.name), joint.kind, *frame, *limits, "m" if joint.kind == "prismatic" else "rad"))
         T = T @ moved(joint.kind, joint.axis, offset)
-    widths = [max(len(row[column]) for row in rows) for column in range(len(HEAD))]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
     tool = f"  tool at zero: {_triple((T @ arm.tool)[:3, 3])} m"
-    return "\n".join([f"{headline(arm)}:", *(f"  {line}" for line in lines), tool])
+    return "\n".join([f"{headline(arm)}:", *(f"  {line}" for line in aligned(rows).splitlines()), tool])
+
+
+def axes_at_zero(arm: Arm) -> FloatArray:
+    """(n, 3) axes of the joints in the base frame, all joints at 0."""
+    J = arm.jacobian(np.zeros(arm.n))
+    return np.where(arm.kinds == 1, J[:3], J[3:]).T
 
 
 def headline(arm: Arm) -> str:

@@ -105,8 +105,7 @@ def spectra(
     arm: Arm, q: npt.ArrayLike, task: Asked | None, joints: Iterable[str | int] | None, *, product: bool
 ) -> FloatArray:
     """Singular values (..., min(m, k)) of the chosen joints' weighted Jacobian at q (..., n), or their product."""
-    if task is not None and not isinstance(task, Asked):
-        raise InputError("task", _door.describe(task), "stillreach.Task, or None for all six rows")
+    checked_task(task)
     many = _door.configurations("q", q, arm.labels)
     chosen = tuple(range(arm.n)) if joints is None else _chosen(arm, joints)
     rows = tuple(range(6)) if task is None else task.indices
@@ -120,6 +119,12 @@ def spectra(
             model = arm.with_tool(arm.tool @ task.tool).model
     answer = model.spectra(many.reshape(-1, arm.n), metric, rows, along_tool, chosen, product)
     return answer.reshape(many.shape[:-1] + answer.shape[1:])
+
+
+def checked_task(task: Any) -> None:
+    """InputError for something else than a task or None."""
+    if task is not None and not isinstance(task, Asked):
+        raise InputError("task", _door.describe(task), "stillreach.Task, or None for all six rows")
 
 
 def _chosen(arm: Arm, joints: Any) -> tuple[int, ...]:

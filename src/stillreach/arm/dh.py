@@ -18,10 +18,11 @@ import numpy.typing as npt
 from stillreach import _door
 from stillreach._door import FloatArray
 from stillreach.arm.joint import KINDS, Joint
-from stillreach.arm.placements import rotation_x, rotation_z, translation
+from stillreach.arm.placements import moved, translation
 from stillreach.errors import InputError
 
 CONVENTIONS = ("standard", "modified")
+X_AXIS, Z_AXIS = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,10 +73,8 @@ def dh_chain(rows: Iterable[DHRow], convention: str, base: npt.ArrayLike | None)
     fixed = np.eye(4) if base is None else _door.pose("base", base)
     joints = []
     for row in table:
-        across = translation(row.a, 0.0, 0.0) @ rotation_x(
-            row.alpha
-        )  # the two along and about x commute, and so do those on z
-        along = translation(0.0, 0.0, row.d) @ rotation_z(row.theta)
+        across = translation(row.a, 0.0, 0.0) @ moved("revolute", X_AXIS, row.alpha)  # these two commute,
+        along = translation(0.0, 0.0, row.d) @ moved("revolute", Z_AXIS, row.theta)  # and so do these
         if convention == "standard":
             joints.append(Joint(name=row.name, kind=row.kind, placement=fixed))
             fixed = along @ across

@@ -10,11 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
+from stillreach._core import JointKind
 from stillreach._door import FloatArray
 from stillreach.arm.value import Value
 from stillreach.errors import InputError
 
-KINDS = ("revolute", "prismatic")
+KINDS = tuple(kind.name.lower() for kind in JointKind)
 """What a joint can be; its place in this tuple is its code in ``Arm.kinds``."""
 
 
@@ -33,7 +34,7 @@ class Joint(Value):
         acceleration_limit: largest change of that rate [rad/s²] or [m/s²]; inf: no limit.
 
     Raises:
-        InputError: an argument is none of this; the message names the joint.
+        InputError: if an argument is invalid; the message names the joint.
     """
 
     name: str | None

@@ -2,34 +2,29 @@
 
 from __future__ import annotations
 
-import math
-import operator
-from collections.abc import Callable, Iterable
+import os
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+from typing import IO, TYPE_CHECKING, Any
 
-import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
-from stillreach._core import ArmModel
 from stillreach._door import FloatArray
-from stillreach._labels import Labels
 from stillreach.arm.describe import describe, headline
-from stillreach.arm.dexterity import Asked, spectra
+from stillreach.arm.dexterity import LEAST_SPEED, LEAST_TURN, Asked, spectra
 from stillreach.arm.dh import DHRow, dh_chain
-from stillreach.arm.files import RobotFiles
-from stillreach.arm.follower import Follower, Moving, chain, checked, note_of
-from stillreach.arm.joint import KINDS, Joint, named
 from stillreach.arm.limits import driven, limited
+from stillreach.arm.losses import Losses, losses
 from stillreach.arm.modules import module_chain
-from stillreach.arm.value import Value
-from stillreach.errors import InputError, UnknownJointError
+from stillreach.arm.structure import Structure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
-class Arm(RobotFiles, Value):
+class Arm(Structure):
     """A serial chain of joints. Immutable: its arrays are read-only and ``with_...`` returns another arm.
 
     Args:
@@ -42,31 +37,6 @@ class Arm(RobotFiles, Value):
         InputError: no joint, something else than a Joint, two joints of one name, a tool that is not rigid, followers
             of no joint or without a place.
     """
-
-    joints: tuple[Joint, ...]
-    tool: FloatArray
-    name: str
-    followers: tuple[Follower, ...]
-
-    def __init__(
-        self,
-        joints: Iterable[Joint],
-        *,
-        tool: npt.ArrayLike | None = None,
-        name: str = "arm",
-        followers: Iterable[Follower] = (),
-    ) -> None:
-        if not isinstance(name, str) or not name:
-            raise InputError("name", _door.describe(name), "the arm's name (text, not empty)")
-        object.__setattr__(self, "joints", named(joints))
-        object.__setattr__(self, "tool", _door.pose("tool", np.eye(4) if tool is None else tool))
-        object.__setattr__(self, "name", name)
-        object.__setattr__(self, "followers", checked(followers, self.joints))
-
-    @classmethod
-    def from_joints(cls, joints: Iterable[Joint], *, tool: npt.ArrayLike | None = None, name: str = "arm") -> Arm:
-        """The same as ``Arm(joints, ...)``."""
-        return cls(joints, tool=tool, name=name)
 
     @classmethod
     def from_modules(
@@ -120,69 +90,86 @@ class Arm(RobotFiles, Value):
         end = last if tool is None else last @ _door.pose("tool", tool)
         return cls(driven(joints, velocity_limits), tool=end, name=name)
 
-    @property
-    def n(self) -> int:
-        """Number of joints."""
-        return len(self.joints)
+    @classmethod
+    def from_urdf(
+        cls,
+        path: str | os.PathLike[str] | IO[str] | IO[bytes],
+        *,
+        tip: str | None = None,
+        base: str | None = None,
+        fixed: Mapping[str, float] | None = None,
+    ) -> Arm:
+        """The chain between two links of a URDF file; also up one branch of its tree and down another.
 
-    @cached_property
-    def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints, from the base on."""
-        return tuple(str(joint.name) for joint in self.joints)
+        Revolute, continuous and prismatic joints become the arm's, with their names and limits (lower and upper are 0
+        where a file of URDF 1.0 or 1.1 has neither; a missing velocity is no limit; from URDF 1.2 on, the smaller of
+        acceleration and deceleration counts). A planar joint ``base`` becomes ``base_TX``, ``base_TY``, ``base_RZ``. A
+        joint that mimics another one of the chain becomes a ``Follower``: the two are one joint of the arm, within the
+        limits of both, where these leave it a range. One that mimics a joint outside the chain stands still: where a
+        leader at 0, or at its position in ``fixed``, puts it.
 
-    @cached_property
-    def labels(self) -> Labels:
-        """Names of the joints for values that come by name; those of the followers may stand beside them."""
-        return Labels("joint", self.joint_names, tuple(str(follower.joint.name) for follower in self.followers))
+        Args:
+            path: the file, its text (which begins with ``<``) or a file object, e.g. ``sys.stdin.buffer``. Meshes are
+                not looked at.
+            tip: link whose frame is the tool; None takes the only link that has no child below the base.
+            base: link that poses are seen from; None takes the root.
+            fixed: joints held at a position [rad] or [m], which are then no joints of the arm; also leaders outside it.
 
-    @cached_property
-    def kinds(self) -> npt.NDArray[np.int8]:
-        """(n,) 0 for a revolute joint, 1 for a prismatic one."""
-        codes = np.array([KINDS.index(joint.kind) for joint in self.joints], dtype=np.int8)
-        codes.flags.writeable = False
-        return codes
+        Raises:
+            RobotFileError: if the file cannot be read, is malformed, hostile, xacro or of an unknown version, is not a
+                tree, or has no such chain; the error names file, line, element and the valid choices.
+        """
+        from stillreach.arm.urdf import chain
 
-    @cached_property
-    def position_limits(self) -> FloatArray:
-        """(n, 2) lower and upper limit of each joint [rad] or [m]."""
-        return _door.frozen([joint.position_limits for joint in self.joints])
+        return cls(**chain(path, tip, base, fixed)._asdict())
 
-    @cached_property
-    def velocity_limits(self) -> FloatArray:
-        """(n,) largest rate of each joint in either direction [rad/s] or [m/s]."""
-        return _door.frozen([joint.velocity_limit for joint in self.joints])
+    @classmethod
+    def from_mjcf(
+        cls,
+        path_or_model: Any,
+        *,
+        tip: str | None = None,
+        base: str | None = None,
+        fixed: Mapping[str, float] | None = None,
+    ) -> Arm:
+        """The chain between two bodies of an MJCF file, as MuJoCo reads it (extra ``mujoco``).
 
-    @cached_property
-    def acceleration_limits(self) -> FloatArray:
-        """(n,) largest acceleration of each joint in either direction [rad/s²] or [m/s²]."""
-        return _door.frozen([joint.acceleration_limit for joint in self.joints])
+        Hinges and slides become the arm's joints, with their names and ranges; MJCF has no velocity limits
+        (``with_limits`` sets them). Joints that an equality constraint couples follow each other.
 
-    @cached_property
-    def reach(self) -> float:
-        """Distance from the base that the tool never exceeds [m]: links stretched, slides at their ends."""
-        links = [moving.joint.placement for moving in self.chain] + [self.tool]
-        slides = [
-            max(abs(moving.factor * end + moving.offset) for end in self.joints[moving.leader].position_limits)
-            for moving in self.chain
-            if moving.joint.kind == "prismatic"
-        ]
-        return float(sum(math.hypot(*T[:3, 3]) for T in links) + sum(slides))
+        Args:
+            path_or_model: the file (meshes need not be there), its text (begins with ``<``), a file object, a
+                ``mujoco.MjSpec`` or a ``mujoco.MjModel``.
+            tip: body or site whose frame is the tool; None takes the only body that has no child.
+            base: body that poses are seen from; None takes the world.
+            fixed: joints held at a position [rad] or [m], which are then no joints of the arm.
 
-    @cached_property
-    def chain(self) -> tuple[Moving, ...]:
-        """All joints that move, the followers included, from the base on."""
-        return chain(self.joints, self.followers)
+        Raises:
+            MissingExtraError: if MuJoCo is not installed.
+            RobotFileError: as of ``from_urdf``; or if a free or ball joint is between base and tip.
+        """
+        from stillreach.arm.mjcf import chain
 
-    @cached_property
-    def model(self) -> ArmModel:
-        """The arm in the compiled core."""
-        placements = np.array([moving.joint.placement for moving in self.chain])
-        axes = np.array([moving.joint.axis for moving in self.chain])
-        kinds = [KINDS.index(moving.joint.kind) for moving in self.chain]
-        if not self.followers:
-            return ArmModel(kinds, placements, axes, self.tool)
-        _, leaders, factors, offsets = zip(*self.chain, strict=True)
-        return ArmModel(kinds, placements, axes, self.tool, leaders, np.array(factors), np.array(offsets))
+        return cls(**chain(path_or_model, tip, base, fixed)._asdict())
+
+    def to_urdf(self, path: str | os.PathLike[str] | None = None) -> str:
+        """The arm as URDF, which ``from_urdf`` reads back, and MuJoCo and other readers, too.
+
+        It is URDF 1.0, or 1.2 where a joint has an acceleration limit. Links have no mass; in MuJoCo each gets 1 kg.
+
+        Args:
+            path: where to write it; None writes nothing.
+
+        Returns:
+            The text of the file. A limit of 1e9 stands for none.
+
+        Raises:
+            InputError: if a name holds characters that XML cannot hold.
+            OSError: if the file cannot be written.
+        """
+        from stillreach.arm.urdf_write import write_urdf
+
+        return write_urdf(self, path)
 
     def forward(self, q: npt.ArrayLike) -> FloatArray:
         """Pose of the tool in the base frame.
@@ -244,21 +231,45 @@ class Arm(RobotFiles, Value):
         """
         return spectra(self, q, task, joints, product=True)
 
-    def joint_index(self, joint: str | int) -> int:
-        """0-based index of a joint.
+    def losses(
+        self,
+        q: npt.ArrayLike | None = None,
+        task: Asked | None = None,
+        *,
+        lost_below: tuple[float, float] = (LEAST_SPEED, LEAST_TURN),
+    ) -> Losses:
+        """What the loss of each joint costs: remaining manipulability, and directions that are lost.
 
         Args:
-            joint: its name, or its index (0 to n-1; no negative ones).
+            q: (n,) joint values [rad] or [m], or by joint name; None: where the arm moves best, of a sample of its
+                range.
+            task: rows, axes and point; None: all six rows at the arm's tool.
+            lost_below: speeds [m/s] and [rad/s]; a direction in which full rates give less is lost. Joints without a
+                rate limit count with 1 rad/s or 1 m/s.
+
+        Returns:
+            What is left without each joint; ``print`` shows it as a table with a verdict.
 
         Raises:
-            UnknownJointError: the arm has no such joint, or it follows another one, which the message names.
+            InputError: if an argument is invalid.
         """
-        if isinstance(joint, str):
-            if joint in self.joint_names:
-                return self.joint_names.index(joint)
-        elif _is_integer(joint) and 0 <= operator.index(joint) < self.n:
-            return operator.index(joint)
-        raise UnknownJointError("joint", _door.describe(joint) + note_of(joint, self.followers), self.joint_names)
+        return losses(self, q, task, lost_below)
+
+    def plot(self, q: npt.ArrayLike, *, failed: Iterable[str | int] = ()) -> Figure:
+        """A picture of the arm.
+
+        Args:
+            q: (n,) joint values [rad] or [m], or by joint name.
+            failed: names or indices of joints to draw as failed.
+
+        Raises:
+            InputError: if an argument is invalid.
+            MissingExtraError: matplotlib is not installed (extra ``plot``).
+        """
+        from stillreach.show.scene import arm_picture
+
+        at = _door.vector("q", q, self.n, labels=self.labels)
+        return arm_picture(self, at, [self.joint_index(joint) for joint in failed])
 
     def with_limits(
         self,
@@ -309,7 +320,3 @@ class Arm(RobotFiles, Value):
 
     def __str__(self) -> str:
         return describe(self)
-
-
-def _is_integer(value: Any) -> bool:
-    return isinstance(value, int | np.integer) and not isinstance(value, bool)

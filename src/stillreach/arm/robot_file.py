@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from stillreach import _door
+from stillreach._messages import did_you_mean, listed, short
 from stillreach._text import UTF_16_MARKS
-from stillreach.errors import RobotFileError, did_you_mean
+from stillreach.errors import RobotFileError
 
 MAX_BYTES = 16 * 2**20
 UTF_16 = dict.fromkeys(UTF_16_MARKS, "utf-16") | {b"<\0": "utf-16-le", b"\0<": "utf-16-be"}
@@ -37,33 +38,28 @@ class RobotFile:
     encoding: str | None = None
     path: Path | None = None
 
-    def error(
-        self,
-        got: str,
-        expected: str,
-        *,
-        line: int | None = None,
-        element: str | None = None,
-        argument: str = "path",
-        choices: tuple[str, ...] = (),
-    ) -> RobotFileError:
-        """An error of this file."""
-        return RobotFileError(argument, got, expected, self.name, line, element, choices)
+    def error(self, got: str, expected: str, *, argument: str = "path", **place: Any) -> RobotFileError:
+        """An error of this file; ``place`` is its line, element and choices."""
+        return RobotFileError(argument, got, expected, self.name, **place)
 
-    def unknown(
-        self,
-        value: Any,
-        what: str,
-        choices: Iterable[str],
-        *,
-        line: int | None = None,
-        element: str | None = None,
-        argument: str = "path",
-    ) -> RobotFileError:
-        """An error that lists what could have been meant, e.g. ``what="a link"``."""
+    def unknown(self, value: Any, what: str, choices: Iterable[str], **place: Any) -> RobotFileError:
+        """An error that lists the choices, e.g. ``what="a link"``."""
         names = tuple(choices)
         expected = f"{what}: {listing(names)}{did_you_mean(value, names)}"
-        return self.error(shown(value), expected, line=line, element=element, argument=argument, choices=names)
+        return self.error(shown(value), expected, choices=names, **place)
+
+    def chosen(self, argument: str, value: Any, what: str, choices: Iterable[str]) -> str:
+        """The value if it is one of the choices; else RobotFileError lists those that have a name."""
+        if isinstance(value, str) and value in choices:
+            return value
+        raise self.unknown(value, what, filter(None, choices), argument=argument)
+
+    def only(self, ends: tuple[str, ...], what: str) -> str:
+        """The one end of a tree, for a tip of None; else RobotFileError lists them."""
+        if len(ends) == 1:
+            return ends[0]
+        expected = f"{what}, because the tree has {len(ends)} ends: {listing(ends)}"
+        raise self.error("None", expected, argument="tip", choices=ends)
 
 
 def read(source: Any, kind: str, *, also: str = "") -> RobotFile:
@@ -138,16 +134,9 @@ def _checked(file: RobotFile) -> RobotFile:
 
 def listing(names: tuple[str, ...]) -> str:
     """The names; of many, the first and how many more."""
-    if not names:
-        return "there is none"
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-    return ", ".join(_short(name) for name in names[:SHOWN]) + more
+    return listed(names, SHOWN) or "there is none"
 
 
 def shown(value: Any) -> str:
-    """A value from a file, short enough for a message."""
-    return repr(_short(value)) if isinstance(value, str) else _door.describe(value)
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= 80 else f"{text[:77]}..."
+    """A value from a file or an argument, short enough for a message."""
+    return short(repr(value)) if isinstance(value, str) else _door.describe(value)

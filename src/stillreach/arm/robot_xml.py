@@ -7,8 +7,11 @@ attributes are bounded. Elements deeper than ``robot/joint/*`` are looked at for
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 from xml.parsers import expat
 
 from stillreach.arm.robot_file import RobotFile, shown
@@ -18,6 +21,7 @@ MAX_DEPTH = 100
 MAX_ELEMENTS = 50_000
 MAX_ATTRIBUTE = 1000
 KEPT_DEPTH = 3
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 BEFORE_DECLARATION = re.compile(rb"(?:\xef\xbb\xbf)?(?:[ \t\r\n]|<\?xml[ \t\r\n][^>]*>)+(?=<\?xml[ \t\r\n])")
 """White space or another declaration, which XML forbids there and most readers skip."""
 AFTER_THE_END = re.compile(rb"(?<=>)\s*\0[\0\s]*\Z")
@@ -32,15 +36,76 @@ XACRO_ADVICE = "a plain URDF file: expand xacro first, e.g. `xacro robot.urdf.xa
 
 @dataclass
 class Element:
-    """One element: its tag, attributes, line and, down to ``robot/joint/*``, its children.
+    """One element: its tag, attributes, line and, down to ``robot/joint/*``, its children; it makes its own errors.
 
-    A tag of xacro begins with ``xacro:``, whatever prefix the file uses.
+    A tag of xacro begins with ``xacro:``, whatever prefix the file uses. ``missing``: it is not in the file.
     """
 
+    file: RobotFile
     tag: str
     attributes: dict[str, str]
     line: int
+    within: Element | None = None
+    missing: bool = False
     children: list[Element] = field(default_factory=list)
+
+    @property
+    def label(self) -> str:
+        """Its name in messages: ``<robot>``, ``joint 'elbow'``, ``joint 'elbow' <origin>``."""
+        tag = f"<{self.tag[:80]}>"
+        if self.within is None:
+            return tag
+        if self.within.within is not None:
+            return f"{self.within.label} {tag}"
+        return f"{self.tag} {shown(self.word('name'))}" if self.word("name") else tag
+
+    def error(self, got: str, expected: str, **more: Any) -> RobotFileError:
+        """An error of this element."""
+        return self.file.error(got, expected, line=self.line, element=self.label, **more)
+
+    def unknown(self, value: str, what: str, choices: Iterable[str]) -> RobotFileError:
+        """An error of this element that lists the choices."""
+        return self.file.unknown(value, what, choices, line=self.line, element=self.label)
+
+    def child(self, tag: str) -> Element:
+        """The first child of that tag, like other readers; or one without attributes that is ``missing``."""
+        empty = Element(self.file, tag, {}, self.line, self, missing=True)
+        return next((child for child in self.children if child.tag == tag), empty)
+
+    def word(self, name: str, default: str = "") -> str:
+        """An attribute without the white space around it."""
+        return self.attributes.get(name, default).strip()
+
+    def number(self, name: str, default: float, largest: float = math.inf) -> float:
+        """The number in an attribute; the default where it is missing."""
+        text = self._text(name)
+        return default if text is None else self._number(name, text, largest)
+
+    def numbers(self, name: str, count: int, default: Sequence[float] | None = None, largest: float = math.inf) -> Any:
+        """The ``count`` numbers in an attribute; None as default: they are required."""
+        text = self._text(name)
+        if text is None and default is not None:
+            return tuple(default)
+        words = [] if text is None else text.split()
+        if len(words) != count:
+            got = f"no {name}" if text is None else f"{len(words)} numbers in {name}={shown(text)}"
+            example = " ".join("0" * (count - 1) + "1")
+            raise self.error(got, f"{count} numbers, e.g. {name}='{example}'")
+        return tuple(self._number(name, word, largest) for word in words)
+
+    def _text(self, name: str) -> str | None:
+        text = self.attributes.get(name)
+        if text is not None and "$" in text:
+            raise self.error(f"xacro in {name}={shown(text)}", XACRO_ADVICE)
+        return text
+
+    def _number(self, name: str, word: str, largest: float) -> float:
+        number = float(word) if NUMBER.fullmatch(word.strip()) else math.nan
+        if not math.isfinite(number):
+            raise self.error(f"{name}={shown(word)}", "a finite number, e.g. '0.5'")
+        if abs(number) > largest:
+            raise self.error(f"{name}={shown(word)}", f"a number between -{largest:g} and {largest:g}")
+        return number
 
 
 def parse(file: RobotFile, max_attribute: int = MAX_ATTRIBUTE) -> Element:
@@ -96,38 +161,38 @@ class _Reader:
         self.parser.StartElementHandler = self.start
         self.parser.EndElementHandler = self.end
 
-    @property
-    def line(self) -> int:
-        """Where the parser is."""
-        return self.lines_before + self.parser.CurrentLineNumber
+    def error(self, got: str, expected: str, element: str | None = None) -> RobotFileError:
+        """An error where the parser is."""
+        line = self.lines_before + self.parser.CurrentLineNumber
+        return self.file.error(got, expected, line=line, element=element)
 
     def doctype(self, *_: object) -> None:
-        raise self.file.error(
-            "a document type declaration (<!DOCTYPE)",
-            "none: entities could expand without end, or read other files",
-            line=self.line,
-        )
+        expected = "none: entities could expand without end, or read other files"
+        raise self.error("a document type declaration (<!DOCTYPE)", expected)
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
-        line = self.line
         self.depth += 1
         self.count += 1
         if self.depth > MAX_DEPTH:
-            raise self.file.error(f"elements nested {self.depth} deep", f"at most {MAX_DEPTH}", line=line)
+            raise self.error(f"elements nested {self.depth} deep", f"at most {MAX_DEPTH}")
         if self.count > MAX_ELEMENTS:
-            raise self.file.error(f"more than {MAX_ELEMENTS} elements", f"at most {MAX_ELEMENTS}", line=line)
+            raise self.error(f"more than {MAX_ELEMENTS} elements", f"at most {MAX_ELEMENTS}")
         for name, value in attributes.items():
             if name.startswith("xmlns:") and value.rstrip("/").endswith("xacro"):
                 self.xacro.add(name[6:])
         prefix, _, word = tag.partition(":")
         if word and prefix in self.xacro:
             if word in EXPANDABLE:
-                raise self.file.error(f"xacro (<{tag[:80]}>)", XACRO_ADVICE, line=line, element=f"<{tag[:80]}>")
+                raise self.error(f"xacro (<{tag[:80]}>)", XACRO_ADVICE, f"<{tag[:80]}>")
             tag = XACRO + word
         if self.depth > KEPT_DEPTH:
             return
-        self._check_lengths(tag, attributes, line)
-        element = Element(tag, attributes, line)
+        for name, value in attributes.items():
+            if len(value) > self.max_attribute:
+                got = f"{len(value)} characters in {shown(name)}"
+                raise self.error(got, f"at most {self.max_attribute}", f"<{tag[:80]}>")
+        line = self.lines_before + self.parser.CurrentLineNumber
+        element = Element(self.file, tag, attributes, line, self.open[-1] if self.open else None)
         if self.open:
             self.open[-1].children.append(element)
         else:
@@ -138,13 +203,3 @@ class _Reader:
         if self.depth <= KEPT_DEPTH:
             self.open.pop()
         self.depth -= 1
-
-    def _check_lengths(self, tag: str, attributes: dict[str, str], line: int) -> None:
-        for name, value in attributes.items():
-            if len(value) > self.max_attribute:
-                raise self.file.error(
-                    f"{len(value)} characters in {shown(name)}",
-                    f"at most {self.max_attribute}",
-                    line=line,
-                    element=f"<{tag[:80]}>",
-                )

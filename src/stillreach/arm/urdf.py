@@ -9,22 +9,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from stillreach.arm.chain import Chain, ChainBuilder, inverse
-from stillreach.arm.mimic import Mimic, Positions
-from stillreach.arm.robot_file import RobotFile, listing, read, shown
+from stillreach.arm.chain import Chain, Step, along, assembled, check_length, way
+from stillreach.arm.joint import Joint
+from stillreach.arm.led import Led
+from stillreach.arm.robot_file import read, shown
 from stillreach.arm.robot_xml import XACRO, XACRO_ADVICE, Element, parse
-from stillreach.arm.urdf_joint import Movement, read_movement
-from stillreach.arm.urdf_tree import UrdfJoint, UrdfTree, build_tree
+from stillreach.arm.urdf_joint import read_joint
+from stillreach.arm.urdf_tree import Tree, build_tree
 from stillreach.errors import RobotFileError
 
 
-def urdf_chain(source: Any, tip: Any, base: Any, fixed: Mapping[str, float] | None) -> Chain:
+def chain(source: Any, tip: Any, base: Any, fixed: Mapping[str, float] | None) -> Chain:
     """The chain between two links; ``Arm.from_urdf`` says what the arguments are."""
-    file = read(source, "a URDF file")
-    root = parse(file)
+    root = parse(read(source, "a URDF file"))
     calls = [child for child in root.children if child.tag.startswith(XACRO)]
     try:
-        return _chain(file, root, tip, base, fixed)
+        return _Urdf(root).chain(tip, base, fixed)
     except RobotFileError as error:
         if not calls:
             raise
@@ -32,86 +32,54 @@ def urdf_chain(source: Any, tip: Any, base: Any, fixed: Mapping[str, float] | No
         raise RobotFileError(error.argument, error.got, rest, *error.args[3:]) from None
 
 
-def _chain(file: RobotFile, root: Element, tip: Any, base: Any, fixed: Mapping[str, float] | None) -> Chain:
-    tree = build_tree(file, root)
-    start = tree.root if base is None else _link(tree, "base", base)
-    way = tree.path(start, _only_leaf(tree, start) if tip is None else _link(tree, "tip", tip))
-    builder = ChainBuilder(file, passed=len(way))
-    movements = {joint.name: _movement(tree, joint, backwards) for joint, backwards in way}
-    moving = [move.name for movement in movements.values() for move in movement.moves]
-    positions = Positions(file, moving, _Mimics(tree, movements), fixed)
-    for joint, backwards in way:
-        _pass(builder, movements[joint.name], positions, backwards)
-    return builder.chain(tree.name)
+class _Urdf:
+    """A parsed file."""
 
+    def __init__(self, root: Element) -> None:
+        self.root, self.file = root, root.file
+        self.tree: Tree = build_tree(root)
+        self.read: dict[str, tuple[list[Step], Led | None]] = {}
 
-def _link(tree: UrdfTree, argument: str, value: Any) -> str:
-    if isinstance(value, str) and value in tree.links:
-        return str(value)
-    raise tree.file.unknown(value, "a link of the file", tree.links, argument=argument)
+    def chain(self, tip: Any, base: Any, fixed: Any) -> Chain:
+        file, tree = self.file, self.tree
+        start = tree.root if base is None else file.chosen("base", base, "a link of the file", tree.links)
+        if tip is None:
+            tip = file.only(tree.leaves(start), "a link's name")
+        passed = way(start, file.chosen("tip", tip, "a link of the file", tree.links), tree.parent)
+        check_length(file, len(passed))
+        name = self.root.word("name") or file.stem
+        return assembled(file, name, along(passed, self._steps), self._mimic_of, fixed)
 
+    def _steps(self, link: str, up: bool) -> list[Step]:
+        """The steps from a link's parent to the link."""
+        joint = self.tree.above[link][0]
+        if joint.word("type") == "floating":
+            argument, verb = ("tip", "ends before") if up else ("base", "begins after")
+            expected = f"a chain on one side of it: {argument}={shown(link)} {verb} it"
+            got = "the type 'floating' between base and tip"
+            raise joint.error(got, expected, argument=argument, choices=(link,))
+        steps = self._joint(joint.word("name"))[0]
+        for part in (step.name for step in steps if isinstance(step, Joint)):
+            if part != joint.word("name") and part in self.tree.joints:
+                got = f"a planar joint, whose part {shown(part)} has the name of another joint"
+                raise joint.error(got, "each name once")
+        return steps
 
-def _only_leaf(tree: UrdfTree, base: str) -> str:
-    leaves = tree.leaves(base)
-    if len(leaves) == 1:
-        return leaves[0]
-    expected = f"a link's name, because the tree has {len(leaves)} ends: {listing(leaves)}"
-    raise RobotFileError("tip", "None", expected, tree.file.name, choices=leaves)
+    def _joint(self, name: str) -> tuple[list[Step], Led | None]:
+        if name not in self.read:
+            self.read[name] = read_joint(self.tree.joints[name], self.tree.version)
+        return self.read[name]
 
-
-def _movement(tree: UrdfTree, joint: UrdfJoint, backwards: bool) -> Movement:
-    """The numbers of a joint between base and tip."""
-    line, element = joint.element.line, joint.label
-    if joint.element.attributes.get("type", "").strip() == "floating":
-        argument, verb = ("tip", "ends before") if backwards else ("base", "begins after")
-        got = "the type 'floating' between base and tip"
-        expected = f"a chain on one side of it: {argument}={shown(joint.child)} {verb} it"
-        choices = (joint.child,)
-        raise tree.file.error(got, expected, line=line, element=element, argument=argument, choices=choices)
-    movement = read_movement(tree.file, joint)
-    for move in movement.moves:
-        if move.name != joint.name and move.name in tree.joints:
-            got = f"a planar joint, whose part {shown(move.name)} has the name of another joint"
-            raise tree.file.error(got, "each name once", line=line, element=element)
-    return movement
-
-
-class _Mimics:
-    """Whom a joint of the file follows."""
-
-    def __init__(self, tree: UrdfTree, movements: dict[str, Movement]) -> None:
-        self.tree = tree
-        self.movements = dict(movements)
-
-    def __call__(self, name: str) -> Mimic | None:
+    def _mimic_of(self, name: str) -> Led | None:
+        """Whom a joint of the file follows."""
         if name not in self.tree.joints:  # a part of a planar joint
             return None
-        joint = self.tree.joints[name]
-        mimic = self._movement(name).mimic
+        mimic, joint = self._joint(name)[1], self.tree.joints[name]
         if mimic is None or mimic.leader is None:
-            return mimic
+            return None
         if mimic.leader not in self.tree.joints:
-            raise self._unknown(joint, mimic.leader)
-        if len(self._movement(mimic.leader).moves) > 1:
-            got, line = f"a joint that follows the planar joint {shown(mimic.leader)}", joint.element.line
-            raise self.tree.file.error(got, "a leader that moves in one way", line=line, element=joint.label)
+            raise joint.unknown(mimic.leader, "a joint to follow", self.tree.joints)
+        if sum(isinstance(step, Joint) for step in self._joint(mimic.leader)[0]) > 1:
+            got = f"a joint that follows the planar joint {shown(mimic.leader)}"
+            raise joint.error(got, "a leader that moves in one way")
         return mimic
-
-    def _movement(self, name: str) -> Movement:
-        if name not in self.movements:
-            self.movements[name] = read_movement(self.tree.file, self.tree.joints[name])
-        return self.movements[name]
-
-    def _unknown(self, joint: UrdfJoint, leader: str) -> RobotFileError:
-        line, names = joint.element.line, self.tree.joints
-        return self.tree.file.unknown(leader, "a joint to follow", names, line=line, element=joint.label)
-
-
-def _pass(builder: ChainBuilder, movement: Movement, positions: Positions, backwards: bool) -> None:
-    """Add one joint to the chain; from child to parent it moves the other way round."""
-    if not backwards:
-        builder.fix(movement.origin)
-    for move in reversed(movement.moves) if backwards else movement.moves:
-        builder.go(positions.of(move.name), move, backwards=backwards)
-    if backwards:
-        builder.fix(inverse(movement.origin))

@@ -14,9 +14,9 @@ import numpy as np
 from stillreach import _door
 from stillreach._door import FloatArray
 from stillreach._files import new_file
+from stillreach._rotations import rpy
 from stillreach.arm.follower import Moving
-from stillreach.arm.placements import rotation_y, rotation_z
-from stillreach.arm.urdf_numbers import NO_LIMIT
+from stillreach.arm.urdf_joint import NO_LIMIT
 from stillreach.errors import InputError
 
 if TYPE_CHECKING:
@@ -113,17 +113,8 @@ def _placed(T: FloatArray, parent: str, child: str) -> list[str]:
     return [
         f"    <parent link={parent}/>",
         f"    <child link={child}/>",
-        f'    <origin xyz="{_numbers(T[:3, 3])}" rpy="{_numbers(roll_pitch_yaw(T))}"/>',
+        f'    <origin xyz="{_numbers(T[:3, 3])}" rpy="{_numbers(rpy(T[:3, :3]))}"/>',
     ]
-
-
-def roll_pitch_yaw(T: FloatArray) -> tuple[float, float, float]:
-    """Angles [rad] with Rz(yaw) Ry(pitch) Rx(roll) = rotation of T, to rounding also where pitch is ±90 deg."""
-    yaw = math.atan2(T[1, 0], T[0, 0])
-    left = rotation_z(-yaw) @ T  # what remains to be explained after each angle
-    pitch = math.atan2(-left[2, 0], left[0, 0])
-    left = rotation_y(-pitch) @ left
-    return math.atan2(left[2, 1], left[1, 1]), pitch, yaw
 
 
 def _numbers(values: Iterable[float]) -> str:

@@ -1,4 +1,4 @@
-"""What a shell offers behind Tab. Called on every Tab: nothing here imports NumPy."""
+"""What a shell offers behind Tab. Called on every Tab: only laws need NumPy."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ from collections.abc import Iterable
 from importlib import resources
 from pathlib import Path
 
-from stillreach.cli._laws import LAWS, VARIANTS
-from stillreach.cli._robots import BUILT_IN
+from stillreach._formats import FORMATS
+from stillreach.arms import BUILDERS
+from stillreach.cli._laws import law_texts
 
 SIZED_EXAMPLES = {"planar": "planar7", "snake": "snake30"}
 
 
 def complete_robot(incomplete: str) -> list[str]:
     """Built-in arms and robot files."""
-    names = [SIZED_EXAMPLES.get(arm.name, arm.name) for arm in BUILT_IN]
-    return [*_starting(names, incomplete), *_files(incomplete, ("urdf", "xml"))]
+    names = [SIZED_EXAMPLES.get(name, name) for name in BUILDERS]
+    return [*_starting(names, incomplete), *_files(incomplete, [f.suffix for f in FORMATS.values()])]
 
 
 def complete_scenario(incomplete: str) -> list[str]:
@@ -24,8 +25,9 @@ def complete_scenario(incomplete: str) -> list[str]:
 
 
 def complete_law(incomplete: str) -> list[str]:
-    """Laws, and some with settings."""
-    return _starting((*LAWS, *VARIANTS), incomplete)
+    """Laws, and behind a colon their settings."""
+    laws, variants = law_texts()
+    return _starting(laws + variants * (":" in incomplete), incomplete)
 
 
 def complete_laws(incomplete: str) -> list[str]:
@@ -46,7 +48,7 @@ def _starting(names: Iterable[str], incomplete: str) -> list[str]:
     return [name for name in names if name.startswith(incomplete)]
 
 
-def _files(incomplete: str, kinds: tuple[str, ...]) -> list[str]:
+def _files(incomplete: str, kinds: Iterable[str]) -> list[str]:
     """Files of these kinds and folders that begin like this, folders with a slash."""
     head, slash, start = incomplete.rpartition("/")
     folder = Path(head + slash or ".")

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stillreach._text import printable
-from stillreach._units import ANGLES, LENGTHS, quantity
+from stillreach._units import quantity
 from stillreach.cli._joints import joint_index
 from stillreach.errors import InputError
 
@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from stillreach.arm import Arm
     from stillreach.faults import Fault, FaultKind
     from stillreach.simulation import Scenario
-
-EXPECTED = "JOINT, JOINT@SECONDS or JOINT@SECONDS:KIND with a kind of locked, derated=FRACTION or runaway=RATE"
 
 
 def changed(name: str, *, law: str | None = None, fail: list[str], healthy: bool) -> Scenario:
@@ -54,7 +52,7 @@ def parse_fault(arm: Arm, text: str) -> Fault:
     place, colon, kind = text.partition(":")
     joint, at, onset = place.partition("@")
     if not joint or (at and not onset) or (colon and not kind):
-        raise InputError("--fail", repr(text), EXPECTED)
+        raise InputError("--fail", repr(text), _expected())
     index = joint_index(arm, "--fail", joint)
     seconds = quantity("--fail", onset, {"s": 1.0}) if at else 0.0
     if seconds < 0.0:
@@ -63,14 +61,32 @@ def parse_fault(arm: Arm, text: str) -> Fault:
 
 
 def _kind(arm: Arm, index: int, text: str) -> FaultKind:
-    from stillreach.faults import Derated, Locked, Runaway
+    """A kind by its word, with as many numbers as it has settings."""
+    from stillreach._kinds import by_word
+    from stillreach._reading import Reading
+    from stillreach.faults import FAULTS
 
-    name, equals, value = text.partition("=")
-    if name == "locked" and not equals:
-        return Locked()
-    if name == "derated" and equals:
-        return Derated(quantity("--fail derated", value, {"of the limit": 1.0}))
-    if name == "runaway" and equals:
-        units = LENGTHS if arm.kinds[index] else ANGLES
-        return Runaway(quantity("--fail runaway", value.removesuffix("/s"), units))
-    raise InputError("--fail", repr(text), EXPECTED)
+    name, equals, values = text.partition("=")
+    kind = by_word(FAULTS).get(name)
+    keys = kind.keys() if kind else {}
+    parts = values.split(",") if equals else []
+    if kind is None or len(parts) != len(keys):
+        raise InputError("--fail", repr(text), _expected())
+    reading = Reading()
+    reading.arm, reading.joint = arm, index
+    given = {}
+    for part, (key, own) in zip(parts, keys.items(), strict=True):
+        given[key] = own.form.read(own.form.spoken(part, f"--fail {name}", reading), (key,), reading)
+    reading.raise_first(f"--fail {name} ")
+    try:
+        return kind.read(given, reading)
+    except InputError as error:
+        raise InputError(f"--fail {name} {error.argument}", error.got, error.expected) from None
+
+
+def _expected() -> str:
+    from stillreach.faults import FAULTS
+
+    texts = ["=".join([kind.word, *filter(None, [",".join(kind.keys()).upper()])]) for kind in FAULTS]
+    kinds = f"{', '.join(texts[:-1])} or {texts[-1]}"
+    return f"JOINT, JOINT@SECONDS or JOINT@SECONDS:KIND with a kind of {kinds}"

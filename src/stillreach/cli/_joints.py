@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from stillreach._messages import listing, nearest
 from stillreach._units import ANGLES, LENGTHS, quantity
-from stillreach.errors import InputError, listing, nearest
+from stillreach.errors import InputError
 
 if TYPE_CHECKING:
     from stillreach._door import FloatArray
@@ -39,7 +40,7 @@ def _pairs(text: str) -> list[str]:
     return [part.strip() for part in parts] if all("=" in part for part in parts) else [text]
 
 
-def configuration(arm: Arm, text: str | None, *, best: FloatArray, outside: bool) -> tuple[FloatArray, str]:
+def configuration(arm: Arm, text: str | None, *, outside: bool) -> tuple[FloatArray | None, str]:
     """A configuration, and in words where it comes from.
 
     Args:
@@ -47,11 +48,10 @@ def configuration(arm: Arm, text: str | None, *, best: FloatArray, outside: bool
         text: ``"best"`` (the default), ``"zero"``, ``"middle"`` (of the limits), n numbers separated by commas, or
             ``joint=value`` pairs separated by commas, the other joints in the middle. Numbers are in rad or m, or carry
             a unit.
-        best: (n,) where the tool moves best [rad, m].
         outside: whether values may be outside the position limits.
 
     Returns:
-        q (n,) [rad, m] and its source.
+        q (n,) [rad, m], None for the best, and its source.
 
     Raises:
         InputError: the text is none of these, or a value is outside the position limits.
@@ -59,7 +59,7 @@ def configuration(arm: Arm, text: str | None, *, best: FloatArray, outside: bool
     import numpy as np
 
     if text is None or text == "best":
-        return best, "where it moves best, of a sample of its range"
+        return None, "where it moves best, of a sample of its range"
     if text == "middle":
         return middle(arm), "in the middle of its limits"
     if text == "zero":

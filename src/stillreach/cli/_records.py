@@ -84,10 +84,12 @@ def picture(wanted: bool | None, path: Path, draw: Callable[[], Any]) -> list[Pa
         MissingExtraError: a picture was asked for, and matplotlib is not installed.
     """
     from stillreach.cli._terminal import note
+    from stillreach.show.style import matplotlib_or_error
 
     if wanted is False:
         return []
     try:
+        matplotlib_or_error("a picture of a run").use("agg")  # opens no window
         figure = draw()
     except MissingExtraError as missing:
         if wanted:

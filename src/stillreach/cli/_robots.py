@@ -8,15 +8,19 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, NamedTuple
+from typing import IO, TYPE_CHECKING
 
+from stillreach._formats import FORMATS
+from stillreach._messages import did_you_mean
 from stillreach._text import UTF_16_MARKS
-from stillreach.errors import InputError, RobotFileError, did_you_mean
+from stillreach.arms import BUILDERS, by_name, split
+from stillreach.errors import InputError, RobotFileError
 
 if TYPE_CHECKING:
     from stillreach.arm import Arm
 
-ROOT_ELEMENT = re.compile(r"<\s*(?:\w+:)?(robot|mujoco)\b")
+READERS = {f.root: key for key, f in FORMATS.items()}
+ROOT_ELEMENT = re.compile(rf"<\s*(?:\w+:)?({'|'.join(READERS)})\b")
 HEAD_BYTES = 65536
 TOOLS = ("tcp", "tool", "gripper", "effector", "eef", "flange", "hand", "palm")
 """What links that carry the tool are called, the surest first."""
@@ -25,24 +29,10 @@ COMPARED = 100
 STANDARD_INPUT = "-"
 OPEN_DESCRIPTOR = re.compile(r"/dev/stdin|/(?:dev|proc/self)/fd/\d+")
 """Paths of what is open already, e.g. the pipe of ``<(xacro robot.urdf.xacro)``; opening any other pipe could wait."""
-EXPECTED = "a URDF or MJCF file, - for standard input, or a built-in arm (stillreach arms lists them)"
-
-
-class BuiltIn(NamedTuple):
-    """An arm of ``stillreach.arms`` on the command line."""
-
-    name: str
-    text: str
-    sized: bool = False
-    """Whether a number of joints follows the name."""
-
-
-BUILT_IN = (
-    BuiltIn("nasa_modular", "the modular arm of Bedrossian (1994), R P R P … R, 50 deg/s"),
-    BuiltIn("canadarm2", "the arm of the Space Station, 4 deg/s"),
-    BuiltIn("planar", "N links of 1 m in a plane, e.g. planar3", sized=True),
-    BuiltIn("snake", "N links of 0.1 m that pitch and yaw in turn, e.g. snake30", sized=True),
-)
+OPTIONS = {"n": "ROBOT", "tip": "--tip"}
+"""What the settings of built-in arms are called on the command line."""
+FILES = " or ".join(f.word for f in FORMATS.values())
+EXPECTED = f"a {FILES} file, - for standard input, or a built-in arm (stillreach arms lists them)"
 
 
 def load_arm(robot: str, *, tip: str | None, base: str | None, fixed: dict[str, float]) -> Arm:
@@ -51,7 +41,7 @@ def load_arm(robot: str, *, tip: str | None, base: str | None, fixed: dict[str, 
     Args:
         robot: name, file, ``-`` for standard input, or ``package:NAME/PATH`` for a file that an installed package
             brings.
-        tip: link (URDF), body or site (MJCF) that carries the tool.
+        tip: link (built-in, URDF), body or site (MJCF) that carries the tool.
         base: link or body the chain starts from.
         fixed: values of joints that are held and no part of the arm [rad, m].
 
@@ -61,15 +51,17 @@ def load_arm(robot: str, *, tip: str | None, base: str | None, fixed: dict[str, 
     """
     from stillreach.arm import Arm
 
-    arm = built_in(robot)
-    if arm is not None:
-        for option, given in (("--tip", tip), ("--base", base), ("--fixed", fixed)):
+    if split(robot)[0]:
+        for option, given in (("--base", base), ("--fixed", fixed)):
             if given:
                 raise InputError(option, repr(given), f"a robot file with it: {robot} is a built-in arm, and whole")
-        return arm
+        try:
+            return by_name(robot, tip=tip)
+        except InputError as error:
+            raise InputError(OPTIONS[error.argument], error.got, error.expected) from None
     source, head = _source(robot)
     root = ROOT_ELEMENT.search(head)
-    read = Arm.from_mjcf if root and root[1] == "mujoco" else Arm.from_urdf
+    read: Callable[..., Arm] = getattr(Arm, f"from_{READERS[root[1]] if root else 'urdf'}")
     try:
         return read(source, tip=tip, base=base, fixed=fixed)
     except RobotFileError as error:
@@ -144,29 +136,14 @@ def _file(robot: str) -> Path:
     """Where the file is; what reads ``package:`` takes its time to import."""
     if not robot.startswith("package:"):
         return Path(robot)
-    from stillreach.simulation.scenario_file.packages import file_at
+    from stillreach._packages import file_at
 
     return file_at(robot, Path())
 
 
-def built_in(name: str) -> Arm | None:
-    """A built-in arm by name, ``planar3`` and its like included; None where none is called so."""
-    from stillreach.arm import catalogue
-
-    for arm in BUILT_IN:
-        if not arm.sized and name == arm.name:
-            return getattr(catalogue, name)()  # type: ignore[no-any-return]
-        size = re.fullmatch(rf"{arm.name}(\d{{1,4}})", name) if arm.sized else None
-        if size:
-            return getattr(catalogue, arm.name)(int(size[1]))  # type: ignore[no-any-return]
-    return None
-
-
 def _suggestion(robot: str) -> str:
     """Files in the folder and built-in arms with nearly that name."""
-    if re.fullmatch(r"planar|snake", robot):
-        return f" (did you mean '{robot}7'? A number of joints follows)"
     folder = Path(robot).parent
-    found = (path for kind in ("urdf", "xml") for path in sorted(folder.glob(f"*.{kind}")))
+    found = (path for f in FORMATS.values() for path in sorted(folder.glob(f"*.{f.suffix}")))
     files = [str(path) for path in found if path.is_file()]
-    return did_you_mean(robot, [*files, *(arm.name for arm in BUILT_IN)])
+    return did_you_mean(robot, [*files, *BUILDERS])

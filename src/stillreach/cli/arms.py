@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import Annotated, Any
 
 import typer
@@ -9,23 +10,23 @@ import typer
 
 def arms(as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False) -> None:
     """List the built-in arms and the ready scenarios."""
-    from stillreach.cli._robots import BUILT_IN
+    from stillreach.arms import BUILDERS
     from stillreach.cli._scenarios import ready_scenarios
     from stillreach.cli._terminal import console, print_json, print_table, table
 
-    scenarios = ready_scenarios()
+    found, scenarios = [_arm(name) for name in BUILDERS], ready_scenarios()
     if as_json:
-        print_json({"arms": [_arm(arm.name, arm.text, arm.sized) for arm in BUILT_IN], "scenarios": scenarios})
+        print_json({"arms": found, "scenarios": scenarios})
         return
     out = console()
     made = table("arm", "joints", "reach", "", right=(1, 2), wrap=(3,))
-    for arm in BUILT_IN:
-        facts = _arm(arm.name, arm.text, arm.sized)
-        name = f"{arm.name}N" if arm.sized else arm.name
-        reach = f"{facts['reach']:.3g} m" if facts["reach"] else "N × 0.1 m" if arm.name == "snake" else "N m"
-        made.add_row(name, str(facts["joints"] or "N"), reach, arm.text)
+    for arm in found:
+        sized = "N" if arm["sized"] else ""
+        reach = f"{'N × ' if sized else ''}{arm['reach']:.3g} m"
+        text = f"{arm['text']}\n{arm['source']}" if arm["source"] else arm["text"]
+        made.add_row(f"{arm['name']}{sized}", sized or str(arm["joints"]), reach, text)
     print_table(made)
-    out.print("\nstillreach inspect ARM shows one of them.\n")
+    out.print("\nstillreach inspect ARM shows one of them, e.g. panda or planar3.\n")
     listed = table("ready scenario", "what happens", wrap=(1,))
     for scenario in scenarios:
         listed.add_row(scenario["name"], scenario["text"])
@@ -33,9 +34,18 @@ def arms(as_json: Annotated[bool, typer.Option("--json", help="Print JSON and no
     out.print("\nstillreach run SCENARIO runs one of them.")
 
 
-def _arm(name: str, text: str, sized: bool) -> dict[str, Any]:
-    """Name, description, joints and reach of a built-in arm; no number where the name takes one."""
-    from stillreach.cli._robots import built_in
+def _arm(name: str) -> dict[str, Any]:
+    """What a built-in arm is: for an arm of any number of joints, its reach is that of one joint."""
+    from stillreach.arms import BUILDERS, SIZED, by_name
 
-    arm = None if sized else built_in(name)
-    return {"name": name, "text": text, "joints": arm and arm.n, "reach": arm and arm.reach, "sized": sized}
+    builder = BUILDERS[name]
+    arm = by_name(name, n=1 if name in SIZED else None)
+    return {
+        "name": name,
+        "text": getattr(builder, "text", (inspect.getdoc(builder) or "").split("\n")[0]),
+        "source": getattr(builder, "source", None),
+        "tips": getattr(builder, "tips", ()),
+        "joints": None if name in SIZED else arm.n,
+        "reach": arm.reach,
+        "sized": name in SIZED,
+    }

@@ -9,8 +9,7 @@ import typer
 from stillreach.cli._complete import complete_robot
 
 if TYPE_CHECKING:
-    from stillreach.arm import Arm
-    from stillreach.cli._locks import Insight
+    from stillreach.arm.losses import Losses
 
 
 def inspect(
@@ -56,30 +55,29 @@ def inspect(
     Prints joints, axes, limits and reach; at a configuration the singular values of the Jacobian, and what is left of
     them when one joint is locked; and which joint the arm can spare least.
     """
-    from stillreach.cli._gauge import gauge
     from stillreach.cli._inspection import print_inspection
     from stillreach.cli._joints import assignments, configuration
-    from stillreach.cli._locks import insight, survey
     from stillreach.cli._robots import load_arm
+    from stillreach.cli._task import lost_below as speeds
+    from stillreach.cli._task import task_of
     from stillreach.cli._terminal import print_json
 
-    asked = gauge(rows, frame, lost_below)
+    task, least = task_of(rows, frame), speeds(lost_below)
     arm = load_arm(robot, tip=tip, base=base, fixed=assignments("--fixed", fixed or []))
-    seen = survey(arm, asked)
-    at, source = configuration(arm, q, best=seen.best, outside=outside)
-    found = insight(arm, at, seen, asked)
+    at, source = configuration(arm, q, outside=outside)
+    found = arm.losses(at, task, lost_below=least)
     if as_json:
-        print_json(_facts(robot, arm, found))
+        print_json(_facts(robot, found))
     else:
-        print_inspection(arm, source, found)
+        print_inspection(source, found)
 
 
-def _facts(robot: str, arm: Arm, found: Insight) -> dict[str, Any]:
+def _facts(robot: str, found: Losses) -> dict[str, Any]:
     """What --json prints; docs/command-line.md explains the keys."""
-    from stillreach.cli._inspection import axes_at_zero, least_spared, unit_of, verdict
-    from stillreach.cli._locks import COMPONENTS
+    from stillreach._labels import TWIST
+    from stillreach.arm.describe import axes_at_zero
 
-    axes = axes_at_zero(arm)
+    arm, axes = found.arm, axes_at_zero(found.arm)
     return {
         "robot": robot,
         "name": arm.name,
@@ -88,7 +86,7 @@ def _facts(robot: str, arm: Arm, found: Insight) -> dict[str, Any]:
             {
                 "name": joint.name,
                 "kind": joint.kind,
-                "unit": unit_of(arm, i),
+                "unit": arm.joint_units[i],
                 "axis_at_zero": axes[i],
                 "position_limits": joint.position_limits,
                 "velocity_limit": joint.velocity_limit,
@@ -97,10 +95,10 @@ def _facts(robot: str, arm: Arm, found: Insight) -> dict[str, Any]:
             }
             for i, joint in enumerate(arm.joints)
         ],
-        "task": {"rows": [COMPONENTS[row] for row in found.gauge.task.indices], "frame": found.gauge.task.frame},
-        "lost_below": [found.gauge.speed, found.gauge.turn],
-        "least_spared": least_spared(found),
-        "verdict": verdict(arm, found),
+        "task": {"rows": [TWIST.names[row] for row in found.rows], "frame": found.frame},
+        "lost_below": found.lost_below,
+        "least_spared": found.least_spared,
+        "verdict": found.verdict,
         "at": {
             "q": found.q,
             "pose": arm.forward(found.q),
@@ -108,13 +106,13 @@ def _facts(robot: str, arm: Arm, found: Insight) -> dict[str, Any]:
             "rank": found.rank,
             "locked": [
                 {
-                    "joint": lock.joint,
-                    "singular_values": lock.singular_values,
-                    "rank": lock.rank,
-                    "manipulability_left": lock.manipulability,
-                    "lost_directions": lock.lost,
+                    "joint": loss.joint,
+                    "singular_values": loss.singular_values,
+                    "rank": loss.rank,
+                    "manipulability_left": loss.remaining,
+                    "lost_directions": loss.lost,
                 }
-                for lock in found.locks
+                for loss in found.by_joint.values()
             ],
         },
     }

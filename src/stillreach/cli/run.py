@@ -10,10 +10,7 @@ import typer
 from stillreach.cli._complete import complete_law, complete_scenario
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from stillreach.simulation import Run, Scenario
-    from stillreach.simulation.summary import Summary
 
 PICTURE = "run.png"
 
@@ -35,7 +32,7 @@ def run(
         list[str] | None,
         typer.Option(
             metavar="JOINT[@S][:KIND]",
-            help="One more fault: j4@2 locks j4 after 2 s; kinds are locked, derated=0.3 and runaway=2deg.",
+            help="One more fault: j4@2 locks j4 after 2 s, j4@2:derated=0.3 leaves it 30 % of its speed.",
         ),
     ] = None,
     healthy: Annotated[bool, typer.Option("--healthy", help="Leave out the scenario's own faults.")] = False,
@@ -67,27 +64,24 @@ def run(
     allowed = tolerances("--within", within)
     chosen = changed(scenario, law=law, fail=fail or [], healthy=healthy)
     folder = folder_for(out, scenario)
-    record, found = simulated(chosen, allowed)
+    record = _simulated(chosen)
+    found = record.summary(allowed_distance=allowed[0], allowed_angle=allowed[1])
     remove_older(folder / PICTURE)
-    written = [write_record(record, folder), write_summary(facts(chosen, record, found), folder)]
-    written += picture(plot, folder / PICTURE, lambda: _drawn(chosen, record, found))
+    written = [write_record(record, folder), write_summary(facts(found), folder)]
+    written += picture(plot, folder / PICTURE, lambda: record.plot(found))
     if as_json:
-        print_json({**facts(chosen, record, found), "files": [str(path) for path in written]})
+        print_json({**facts(found), "files": [str(path) for path in written]})
     else:
-        print_summary(chosen, record, found)
+        print_summary(found)
         console().print(f"\nwrote {', '.join(map(str, written))}", soft_wrap=True)
-    if found.interrupted:
+    if record.interrupted:
         raise typer.Exit(CTRL_C)
     if not found.finished:
         raise typer.Exit(NOT_FINISHED)
 
 
-def simulated(scenario: Scenario, allowed: tuple[float | None, float | None]) -> tuple[Run, Summary]:
-    """The run, whole or up to Ctrl-C, and its summary.
-
-    Args:
-        scenario: what to run.
-        allowed: distance [m] and angle [rad] at which the tool has arrived; None: the default.
+def _simulated(scenario: Scenario) -> Run:
+    """The run, whole or up to Ctrl-C.
 
     Raises:
         SimulationInterrupted: Ctrl-C before the first tick.
@@ -95,19 +89,12 @@ def simulated(scenario: Scenario, allowed: tuple[float | None, float | None]) ->
     from stillreach.cli._terminal import note
     from stillreach.errors import SimulationInterrupted
     from stillreach.simulation import simulate
-    from stillreach.simulation.summary import summary
 
     try:
-        record = simulate(scenario)
+        return simulate(scenario)
     except SimulationInterrupted as interrupt:
-        record = interrupt.run
+        record: Run = interrupt.run
         if not len(record):
             raise
         note(f"interrupted at {record.time[-1]:g} of {scenario.duration:g} s; what was computed is kept")
-    return record, summary(scenario, record, allowed_distance=allowed[0], allowed_angle=allowed[1])
-
-
-def _drawn(scenario: Scenario, record: Run, found: Summary) -> Figure:
-    from stillreach.show.outcome import outcome
-
-    return outcome(scenario, record, found)
+        return record

@@ -1,4 +1,4 @@
-"""The controller: one arm, one law, one task; what is broken and what was commanded last."""
+"""The controller: one arm, one law, one task, and the state of faults and last rates."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
-from stillreach._core import ControllerCore
+from stillreach._core import CLOSING_POSITION, CLOSING_RATE, ControllerCore
 from stillreach._door import FloatArray
 from stillreach.arm.model import Arm
 from stillreach.control import limits as of
 from stillreach.errors import InputError
-from stillreach.faults import Derated, FaultKind, Locked, fault_kind
+from stillreach.faults import FaultKind, Locked, fault_kind
 from stillreach.laws import Law, LeastError
 from stillreach.null_motions import Manipulability, NullMotion, checked_null_motion, null_motion_settings
 from stillreach.status import Health, Status
@@ -32,8 +32,8 @@ class Controller(ControllerCore):
 
     Args:
         arm: the arm.
-        law: what is best; LeastError() where None.
-        task: what is asked; the full pose where None.
+        law: the law; None: LeastError().
+        task: the task; None: the full pose.
         period: [s] time between ticks.
         velocity_limits: [rad/s, m/s] one for all, (n,), or (n, 2) lower <= 0 <= upper; None: the arm's.
             0 means 0, inf none.
@@ -42,8 +42,8 @@ class Controller(ControllerCore):
         acceleration_limits: [rad/s², m/s²] one for all or (n,); None: the arm's.
         null_motion: what to do with the freedom that the task leaves: Posture, Centring, Manipulability, Gradient,
             Rates or bare rates (n,).
-        return_rate: [rad/s, m/s] at which a joint outside its position limits is asked back as far as the task leaves
-            it free; 0: it is not asked.
+        return_rate: [rad/s, m/s] reference rate towards its range for a joint outside its position limits, as far
+            as the task leaves it free; 0: none.
         transition_rate: [1/s] when a joint fails or is restored the law stays near the last commanded rates, so that
             the change is the least one that keeps the task; this is how fast the null motion takes over again. 0: none.
         track_gain: [1/s] of ``track``'s feedback on the pose error.
@@ -51,7 +51,7 @@ class Controller(ControllerCore):
             fastest that a single working joint, at its rate limit, can move the outstretched arm's tool, and turn it.
 
     Raises:
-        InputError: any argument that is not what it says here.
+        InputError: if an argument is invalid.
     """
 
     __slots__ = (
@@ -133,7 +133,7 @@ class Controller(ControllerCore):
 
     @property
     def faults(self) -> dict[str, FaultKind]:
-        """What is broken, by joint name."""
+        """The faults, by joint name."""
         return {self._arm.joint_names[joint]: kind for joint, kind in sorted(self._faults.items())}
 
     @property
@@ -162,30 +162,30 @@ class Controller(ControllerCore):
         return self._limits.speed
 
     def fail(self, joint: str | int, kind: FaultKind = Locked()) -> None:  # noqa: B008 - immutable
-        """A joint fails, from the next tick on: locked where it is, or as ``kind`` says.
+        """Marks a joint as failed, from the next tick on.
 
         Args:
             joint: name or 0-based index.
-            kind: Locked(), Derated(fraction) or Runaway(rate).
+            kind: what is wrong with it, e.g. Derated(0.2).
 
         Raises:
-            UnknownJointError: the arm has no such joint.
+            UnknownJointError: if the arm has no such joint.
         """
         index = self._arm.joint_index(joint)
         fault = fault_kind("kind", kind)
-        self._set_health(index, int(fault.health), fault.value)
+        self._set_fault(index, fault.health, *fault.numbers)
         self._faults[index] = fault
         self._bound_correction()
 
     def restore(self, joint: str | int) -> None:
-        """A joint works again, from the next tick on (nothing happens where it never failed)."""
+        """Marks a joint as healthy, from the next tick on; without effect if it is."""
         index = self._arm.joint_index(joint)
         if self._faults.pop(index, None) is not None:
-            self._set_health(index, int(Health.HEALTHY), 0.0)
+            self._set_fault(index, Health.HEALTHY, 0.0, 0.0)
             self._bound_correction()
 
     def reset(self, rates: npt.ArrayLike | None = None) -> None:
-        """Tells what the last commanded rates were: (n,) [rad/s, m/s], 0 where None. Faults stay."""
+        """Sets the last commanded rates: (n,) [rad/s, m/s]; None: 0. Faults stay."""
         self._reset(rates)
 
     def set_null_motion(self, null_motion: NullMotion | npt.ArrayLike | None) -> None:
@@ -223,7 +223,7 @@ class Controller(ControllerCore):
             InputError: as of the constructor; nothing is changed.
         """
         limits = {"velocity": velocity, "position": position, "acceleration": acceleration}
-        closing = of.CLOSING_RATE * (velocity is not None) | of.CLOSING_POSITION * (position is not None)
+        closing = CLOSING_RATE * (velocity is not None) | CLOSING_POSITION * (position is not None)
         self._adopt(self._limits.changed(self._arm, {name: name for name in limits}, **limits), closing)
 
     def set_speed(self, fraction: float) -> None:
@@ -237,12 +237,12 @@ class Controller(ControllerCore):
             fraction: from 0 (stand still) to 1.
 
         Raises:
-            InputError: it is something else; nothing is changed.
+            InputError: if the fraction is invalid; nothing is changed.
         """
         speed = _door.scalar("fraction", fraction)
         if not 0.0 <= speed <= 1.0:
             raise InputError("fraction", f"{speed:g}", "a number from 0 to 1")
-        self._adopt(replace(self._limits, speed=speed), of.CLOSING_RATE)
+        self._adopt(replace(self._limits, speed=speed), CLOSING_RATE)
 
     def _adopt(self, limits: of.Limits, closing: int) -> None:
         self._set_limits(**limits.core(), closing=closing)
@@ -253,13 +253,13 @@ class Controller(ControllerCore):
         """Hands on the largest correction; where none was given, what the joints that work can do."""
         bounds = self._track_limits
         if bounds is None:
-            share = np.ones(self._arm.n)
-            for joint, kind in self._faults.items():
-                share[joint] = kind.fraction if isinstance(kind, Derated) else 0.0
-            rates = np.max(np.abs(self._limits.velocity), axis=1)
-            rates = np.multiply(rates, share, out=np.zeros_like(rates), where=share > 0.0)
+            rates = self._working_rates(np.max(np.abs(self._limits.velocity), axis=1))
             bounds = of.swiftest(self._arm, self._task.tool, rates, self._limits.position)
         self._set_track_limits(*bounds)
+
+    def __repr__(self) -> str:
+        faults = ", ".join(f"{joint} {kind}" for joint, kind in self.faults.items()) or "no faults"
+        return f"<Controller of {self._arm.name}: {self._law}, {1000 * self.period:g} ms, {faults}>"
 
     def __setattr__(self, name: str, value: Any) -> None:
         try:

@@ -16,8 +16,6 @@ from stillreach._labels import in_order
 from stillreach.arm.model import Arm
 from stillreach.errors import InputError
 
-CLOSING_RATE, CLOSING_POSITION = 1, 2  # Closing of the core
-
 
 @dataclass(frozen=True, eq=False)
 class Limits:
@@ -44,7 +42,7 @@ class Limits:
             **values: velocity, position, acceleration.
 
         Raises:
-            InputError: a limit of another shape, a NaN, or lower above upper.
+            InputError: if a limit has a wrong shape, holds a NaN, or lower exceeds upper.
         """
         checks = {"velocity": velocity_limits, "position": position_limits, "acceleration": acceleration_limits}
         given: dict[str, Any] = {

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stillreach import _core
-from stillreach.laws.law import KEEP_DIRECTION, Law
-from stillreach.laws.price import ROWS
-from stillreach.task import Weights
+from stillreach._core import LawKind
+from stillreach.laws.law import Law
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,6 +16,5 @@ class KeepDirection(Law):
     that the others cannot make up for) the answer is LeastError's for a twist of zero, with scale 0.
     """
 
-    def core(self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None) -> _core.Law:
-        """The settings as the compiled core reads them."""
-        return _core.Law(KEEP_DIRECTION, rank_tolerance=self.rank_tolerance)
+    word = "keep-direction"
+    kind = LawKind.KEEP_DIRECTION

@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from stillreach import _core, _door
 from stillreach._door import FloatArray
+from stillreach._forms import Number
+from stillreach._kinds import Kind, key
 from stillreach.bounds import Bounds
 from stillreach.errors import InputError
 from stillreach.laws.price import ROWS
 from stillreach.task import UNIT_WEIGHTS, Weights, some_joint_unweighted, weight_root
 
-# LawKind of the core
-PSEUDOINVERSE, SINGULARITY_ROBUST, LEAST_ERROR, KEEP_DIRECTION = range(4)
-
 
 @dataclass(frozen=True, kw_only=True)
-class Law:
+class Law(Kind):
     """Base of all laws.
 
     Args:
@@ -30,11 +29,18 @@ class Law:
             count as zero.
     """
 
-    semidefinite = False
+    kind: ClassVar[_core.LawKind]
+    """What the core calls it."""
+    semidefinite: ClassVar[bool] = False
     """Whether weights may be only positive semidefinite."""
 
     weights: Weights | None = None
-    rank_tolerance: float = 1e-10
+    rank_tolerance: float = field(
+        default=1e-10,
+        metadata=key(
+            Number(above=0.0, below=1.0), "Singular values below this, relative to the largest, count as zero"
+        ),
+    )
 
     def __post_init__(self) -> None:
         if self.weights is not None and not isinstance(self.weights, Weights):
@@ -52,7 +58,14 @@ class Law:
             reach: [m] a length typical of the arm.
             weights: those of the task, where the law has none.
         """
-        raise TypeError(f"{type(self).__name__} is a base class; use one of the laws")
+        if not hasattr(self, "kind"):
+            raise TypeError(f"{type(self).__name__} is a base class; use one of the laws")
+        own = self.core_settings(rows, reach, self.weights or weights or UNIT_WEIGHTS)
+        return _core.Law(self.kind, rank_tolerance=self.rank_tolerance, **own)
+
+    def core_settings(self, rows: Sequence[str], reach: float | None, weights: Weights) -> dict[str, Any]:
+        """The settings that not every law has, as arguments of the core's ``Law``."""
+        return {}
 
     def solve(
         self,

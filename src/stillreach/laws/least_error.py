@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
-from stillreach import _core
-from stillreach.laws.law import LEAST_ERROR, Law
-from stillreach.laws.price import ROWS, checked, parts
-from stillreach.task import UNIT_WEIGHTS, Weights
+from stillreach._core import LawKind
+from stillreach._kinds import key
+from stillreach.laws.law import Law
+from stillreach.laws.price import FORM, checked, parts
+from stillreach.task import Weights
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,13 +41,17 @@ class LeastError(Law):
         InputError: if the price is invalid.
     """
 
-    price: float | str | tuple[float, float] | Mapping[str, float] | None = 80.0
+    word = "least-error"
+    kind = LawKind.LEAST_ERROR
+
+    price: float | str | tuple[float, float] | Mapping[str, float] | None = field(
+        default=80.0, metadata=key(FORM, "What a task error costs, in units of the task's weights or by rows")
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "price", checked(self.price))
 
-    def core(self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None) -> _core.Law:
-        """The settings as the compiled core reads them."""
-        settings = parts(self.price, rows, reach, self.weights or weights or UNIT_WEIGHTS)
-        return _core.Law(LEAST_ERROR, rank_tolerance=self.rank_tolerance, **settings)
+    def core_settings(self, rows: Sequence[str], reach: float | None, weights: Weights) -> dict[str, Any]:
+        """The parts of the task and their prices."""
+        return parts(self.price, rows, reach, weights)

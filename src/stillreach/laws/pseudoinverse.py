@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stillreach import _core
-from stillreach.laws.law import PSEUDOINVERSE, Law
-from stillreach.laws.price import ROWS
-from stillreach.task import Weights
+from stillreach._core import LawKind
+from stillreach.laws.law import Law
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,8 +17,6 @@ class Pseudoinverse(Law):
     ``SingularityRobust``.
     """
 
+    word = "pseudoinverse"
+    kind = LawKind.PSEUDOINVERSE
     semidefinite = True
-
-    def core(self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None) -> _core.Law:
-        """The settings as the compiled core reads them."""
-        return _core.Law(PSEUDOINVERSE, rank_tolerance=self.rank_tolerance)

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
-from stillreach import _core, _door
+from stillreach import _door
+from stillreach._core import DampingKind, LawKind, NormKind
+from stillreach._forms import Either, Number, Word
+from stillreach._kinds import key
 from stillreach.errors import InputError
-from stillreach.laws.law import SINGULARITY_ROBUST, Law
-from stillreach.laws.price import ROWS
+from stillreach.laws.law import Law
 from stillreach.task import Weights
 
-DAMPINGS = ("closed-form", "exact")  # DampingKind of the core: 1, 2
-NORMS = ("inf", "2")  # NormKind of the core: 0, 1
+DAMPINGS = {"exact": DampingKind.EXACT, "closed-form": DampingKind.CLOSED_FORM}
+NORMS = {"inf": NormKind.MAXIMUM, "2": NormKind.EUCLIDEAN}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,10 +41,18 @@ class SingularityRobust(Law):
         InputError: any other damping or norm.
     """
 
+    word = "singularity-robust"
+    kind = LawKind.SINGULARITY_ROBUST
     semidefinite = True
 
-    damping: str | float = "exact"
-    norm: str = "inf"
+    damping: str | float = field(
+        default="exact",
+        metadata=key(
+            Either(Number(least=0.0), Word(*DAMPINGS)),
+            "How the damping is found, or the damping itself, in weighted units",
+        ),
+    )
+    norm: str = field(default="inf", metadata=key(Word(*NORMS), "Norm of the rates that is limited"))
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -50,15 +61,10 @@ class SingularityRobust(Law):
                 raise InputError("damping", repr(self.damping), "'exact', 'closed-form' or a number of at least 0")
         else:
             object.__setattr__(self, "damping", _door.positive("damping", self.damping, or_zero=True))
-        _door.choice("norm", self.norm, NORMS)
+        _door.choice("norm", self.norm, tuple(NORMS))
 
-    def core(self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None) -> _core.Law:
-        """The settings as the compiled core reads them."""
-        named = isinstance(self.damping, str)
-        return _core.Law(
-            SINGULARITY_ROBUST,
-            damping=1 + DAMPINGS.index(self.damping) if isinstance(self.damping, str) else 0,
-            norm=NORMS.index(self.norm),
-            kappa=0.0 if named else float(self.damping),
-            rank_tolerance=self.rank_tolerance,
-        )
+    def core_settings(self, rows: Sequence[str], reach: float | None, weights: Weights) -> dict[str, Any]:
+        """How κ is found, or κ."""
+        if isinstance(self.damping, str):
+            return {"damping": DAMPINGS[self.damping], "norm": NORMS[self.norm]}
+        return {"damping": DampingKind.NUMBER, "norm": NORMS[self.norm], "kappa": float(self.damping)}

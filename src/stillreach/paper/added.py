@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillreach.paper import examples, measure, panels
+from stillreach.paper import examples, measure, panels, plots
 from stillreach.paper.evidence import Evidence
-from stillreach.paper.examples import RATE_LIMIT
+from stillreach.paper.examples import INCH, RATE_LIMIT
 from stillreach.paper.panels import Picture
-from stillreach.show import arm3d, plots
-from stillreach.show.style import PRINT
+from stillreach.show import arm3d
 from stillreach.simulation import Run
 
 if TYPE_CHECKING:
@@ -49,10 +48,10 @@ def _compared(of: Evidence, names: dict[str, str]) -> Figure:
     """Damping factor, largest rate and distance from the commanded pose of several runs over time."""
     figure, ((kappa, rate, away),) = panels.panels(3, right=0.25)
     runs = [of[name] for name in names.values()]
-    plots.damping(runs, kappa, names=list(names), log=True, look=PRINT)
-    plots.largest_rate(runs, rate, names=list(names), limit=RATE_LIMIT, look=PRINT)
+    plots.damping(runs, kappa, names=list(names), log=True)
+    plots.largest_rate(runs, rate, names=list(names), limit=RATE_LIMIT)
     for place, run in enumerate(runs):
-        away.plot(run.time, measure.off_target(run)[0], **PRINT.compared(place))
+        away.plot(run.time, measure.off_target(run)[0], **plots.shade(place))
     away.set(xlabel="time [s]", ylabel="off the commanded pose [in]")
     for ax in (kappa, rate):
         ax.legend().remove()
@@ -77,7 +76,7 @@ def _stillreach(of: Evidence) -> Figure:
     )
     for place, (name, title) in enumerate(shown):
         ax: Any = figure.add_axes((0.335 * place, 0.02, 0.34, 0.90), projection="3d", computed_zorder=False)
-        _reached(ax, of, of[name])
+        _reached(ax, of[name])
         done = -measure.displacement(of[name])[0]
         ax.text2D(0.5, 1.0, f"{title}: {done:.0f} of 100 in", transform=ax.transAxes, ha="center", fontsize=10)
     away, rate = (figure.add_axes((0.73, bottom, 0.25, 0.36)) for bottom in (0.57, 0.11))
@@ -95,16 +94,16 @@ def _stillreach(of: Evidence) -> Figure:
     return figure
 
 
-def _reached(ax: Any, of: Evidence, run: Run) -> None:
+def _reached(ax: Any, run: Run) -> None:
     """The arm at the start (pale) and at the end of a run, its path, and the line that it was told to follow."""
     failed = np.flatnonzero(run.health[-1])
-    arm3d.draw(ax, of.arm, run.q[0], look=PRINT, labels=False, alpha=0.18)
-    arm3d.draw(ax, of.arm, run.q[-1], look=PRINT, labels=False, failed=failed)
+    arm3d.draw(ax, run.scenario.arm, run.q[0], unit=INCH, labels=False, alpha=0.18)
+    arm3d.draw(ax, run.scenario.arm, run.q[-1], unit=INCH, labels=False, failed=failed)
     start = run.pose[0, :3, 3]
-    line = start + np.outer([0.0, 1.0], measure.commanded_displacement(run) * examples.INCH)
-    arm3d.path(ax, line, look=PRINT, color="black", linestyle=":", linewidth=1.2)
-    arm3d.path(ax, run.pose[:, :3, 3], look=PRINT, color="#1b4f8a", linewidth=2.0)
-    arm3d.path(ax, line[1:], look=PRINT, color="black", marker="o", markerfacecolor="none", markersize=6)
+    line = np.array([start, run.target[-1, :3, 3]])
+    arm3d.path(ax, line, unit=INCH, color="black", linestyle=":", linewidth=1.2)
+    arm3d.path(ax, run.pose[:, :3, 3], unit=INCH, color="#1b4f8a", linewidth=2.0)
+    arm3d.path(ax, line[1:], unit=INCH, color="black", marker="o", markerfacecolor="none", markersize=6)
     ax.set(xlim=(-80, 70), ylim=(-50, 50), zlim=(0, 160))
     ax.set_box_aspect((150, 100, 160), zoom=1.15)
     ax.view_init(elev=14, azim=-62)
@@ -124,8 +123,8 @@ def _paths(of: Evidence) -> Figure:
         "stillreach": examples.EXAMPLE_2_STILLREACH,
     }
     for place, (label, name) in enumerate(shown.items()):
-        x, _, z = of[name].pose[:, :3, 3].T / examples.INCH
-        ax.plot(x, z, label=label, **PRINT.line(place))
+        x, _, z = of[name].pose[:, :3, 3].T / INCH
+        ax.plot(x, z, label=label, **plots.line(place))
         ax.plot(x[-1], z[-1], "o", color="black", markersize=3.5)
     ax.plot(x[0], z[0], "o", color="black", markerfacecolor="white", markersize=5, label="start")
     ax.set(xlabel="x [in]", ylabel="z [in]")

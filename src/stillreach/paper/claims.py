@@ -161,7 +161,7 @@ def _example_2_robust_activated(of: Evidence) -> Verdict:
     paper="a feasible solution which minimizes the deviation from the specified end-effector trajectory",
 )
 def _deviation_not_minimal(of: Evidence) -> Verdict:
-    saved = measure.error_above_the_optimum(of.arm, of[examples.EXAMPLE_1_FAILED], FASTER)
+    saved = measure.error_above_the_optimum(of[examples.EXAMPLE_1_FAILED], FASTER)
     median = 100.0 * float(np.median(saved)) if len(saved) else 0.0
     return median, median < 0.1
 

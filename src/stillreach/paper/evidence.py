@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy.typing as npt
 
-from stillreach.arm import Arm
 from stillreach.errors import InputError
 from stillreach.paper import examples
 from stillreach.paper.examples import scenarios
@@ -35,12 +34,10 @@ class Evidence:
     """Saved runs, read back.
 
     Attributes:
-        arm: the arm of all of them.
         runs: by name, at the step asked for.
         by_step: by name and step [s], the one asked for included, longest first.
     """
 
-    arm: Arm
     runs: Mapping[str, Run]
     by_step: Mapping[str, Mapping[float, Run]]
 
@@ -80,7 +77,7 @@ def make(
             _saved(others[name], _step_file(out, name, factor * step))
 
 
-def load(out: Path, *, step: float, lengths: npt.ArrayLike | None = None) -> Evidence:
+def load(out: Path, *, step: float) -> Evidence:
     """Read back what ``make`` saved."""
     names = scenarios(step=step)
     runs = {name: Run.load(out / f"{name}.nc") for name in names}
@@ -88,7 +85,7 @@ def load(out: Path, *, step: float, lengths: npt.ArrayLike | None = None) -> Evi
     for name in STEP_DEPENDENT:
         others = {factor * step: Run.load(_step_file(out, name, factor * step)) for factor in STEP_FACTORS}
         by_step[name] = dict(sorted({**others, step: runs[name]}.items(), reverse=True))
-    return Evidence(examples.paper_arm(lengths), runs, by_step)
+    return Evidence(runs, by_step)
 
 
 def _saved(scenario: Scenario, path: Path) -> None:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from stillreach import _door
 from stillreach.arm import Arm
-from stillreach.arm.catalogue import nasa_modular
+from stillreach.arms import nasa_modular
 from stillreach.errors import InputError
 from stillreach.faults import Fault
 from stillreach.laws import LeastError, Pseudoinverse, SingularityRobust

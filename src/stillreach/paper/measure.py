@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from stillreach.arm import Arm
+from stillreach._rotations import pitch_yaw_roll
 from stillreach.bounds import Bounds
 from stillreach.laws import LeastError
 from stillreach.paper.examples import EXACT, INCH, INCHES_AND_DEGREES, RATE_LIMIT
 from stillreach.simulation import Run
-from stillreach.simulation.attitude import pitch_yaw_roll
-from stillreach.simulation.path import followed
 
 
 def tool_start(run: Run) -> np.ndarray:
@@ -31,22 +29,15 @@ def displacement(run: Run) -> np.ndarray:
     return moved
 
 
-def commanded_twist(run: Run) -> np.ndarray:
-    """The constant twist (6,) [m/s, rad/s] that the tool was told to make; feedback adds nothing to it at the start."""
-    twist: np.ndarray = run.command[0]
-    return twist
-
-
 def commanded_displacement(run: Run) -> np.ndarray:
     """How far it was told to move, (3,) [in]."""
-    return np.asarray(commanded_twist(run)[:3] * (run.time[-1] - run.time[0]) / INCH)
+    return np.asarray((run.target[-1, :3, 3] - run.target[0, :3, 3]) / INCH)
 
 
 def off_target(run: Run) -> tuple[np.ndarray, np.ndarray]:
     """How far the tool is from where it was told to be, at every tick: (T,) [in] and (T,) [deg]."""
-    ordered = followed(run.pose[0], np.tile(commanded_twist(run), (len(run) - 1, 1)), np.diff(run.time))
-    distance = np.linalg.norm(run.pose[:, :3, 3] - ordered[:, :3, 3], axis=1) / INCH
-    return distance, _angles_between(run.pose, ordered)
+    distance = np.linalg.norm(run.pose[:, :3, 3] - run.target[:, :3, 3], axis=1) / INCH
+    return distance, _angles_between(run.pose, run.target)
 
 
 def deviation(run: Run) -> np.ndarray:
@@ -76,7 +67,7 @@ def passes(run: Run, limit: float) -> float:
 
 def off_the_line(run: Run) -> float:
     """Largest distance of the tool from the straight line that it was told to follow [in]."""
-    along = commanded_twist(run)[:3] / np.linalg.norm(commanded_twist(run)[:3])
+    along = commanded_displacement(run) / np.linalg.norm(commanded_displacement(run))
     moved = (run.pose[:, :3, 3] - run.pose[0, :3, 3]) / INCH
     return float(np.max(np.linalg.norm(moved - np.outer(moved @ along, along), axis=1)))
 
@@ -127,12 +118,13 @@ def variation_of_the_rates(run: Run) -> float:
     return float(np.rad2deg(np.sum(np.abs(np.diff(run.rates, axis=0)))))
 
 
-def error_above_the_optimum(arm: Arm, run: Run, faster: float) -> np.ndarray:
+def error_above_the_optimum(run: Run, faster: float) -> np.ndarray:
     """By which part the least possible task error is below the one of exact damping, where that one damps.
 
     Both are asked the same question: the poses and faults of a run, its command so many times as fast, the paper's
         rate limit.
     """
+    arm = run.scenario.arm
     exact, least = EXACT, LeastError(price=None, weights=INCHES_AND_DEGREES)
     saved = []
     for J, command, health in zip(arm.jacobian(run.q), faster * run.command, run.health, strict=True):

@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stillreach.paper import plots
 from stillreach.paper.evidence import Evidence
 from stillreach.paper.examples import INCH, RATE_LIMIT
-from stillreach.show import plots
-from stillreach.show.style import PRINT, unwrapped_degrees
 from stillreach.simulation import Run
-from stillreach.simulation.attitude import pitch_yaw_roll
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -61,16 +59,16 @@ def panels(
 
 def tool(run: Run, place: Axes, turn: Axes, *, like: Sequence[Run]) -> None:
     """Position and attitude of the tool, on the axes that all runs of ``like`` fit into."""
-    plots.position(run, place, look=PRINT)
-    plots.attitude(run, turn, look=PRINT)
+    plots.position(run, place)
+    plots.attitude(run, turn)
     place.set_ylim(_limits([other.pose[:, :3, 3] / INCH for other in like]))
-    turn.set_ylim(_limits([unwrapped_degrees(pitch_yaw_roll(other.pose)) for other in like]))
+    turn.set_ylim(_limits([plots.attitude_degrees(other) for other in like]))
 
 
 def angles(run: Run, axes: Sequence[Axes]) -> None:
     """Joint angles, pitch joints in the first panel and roll joints in the second."""
     for ax, (kind, joints) in zip(axes, _kinds(), strict=True):
-        plots.angles(run, ax, joints=joints, look=PRINT)
+        plots.angles(run, ax, joints)
         ax.set_title(kind)
         _no_narrower(ax)
 
@@ -78,7 +76,7 @@ def angles(run: Run, axes: Sequence[Axes]) -> None:
 def rates(run: Run, axes: Sequence[Axes], *, limited: bool = False) -> None:
     """Joint rates likewise; ``limited`` draws the rate limit."""
     for ax, (kind, joints) in zip(axes, _kinds(), strict=True):
-        plots.rates(run, ax, joints=joints, limit=RATE_LIMIT if limited else None, look=PRINT)
+        plots.rates(run, ax, joints, limit=RATE_LIMIT if limited else None)
         still = np.max(np.abs(run.rates[:, joints])) < 1e-5
         ax.set_title(f"{kind} (at rest)" if still else kind)
         _no_narrower(ax)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from stillreach.paper import examples, panels
+from stillreach.paper import examples, panels, plots
 from stillreach.paper.evidence import Evidence
 from stillreach.paper.panels import Picture
-from stillreach.show import arm3d, plots
-from stillreach.show.style import PRINT
+from stillreach.show import arm3d
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,7 +22,8 @@ def _arm(of: Evidence) -> Figure:
 
     figure = Figure(figsize=(6.4, 5.0))
     ax: Any = figure.add_axes((-0.06, -0.06, 1.06, 1.18), projection="3d")
-    arm3d.draw(ax, of.arm, of[examples.EXAMPLE_1_FREE].q[0], look=PRINT)
+    run = of[examples.EXAMPLE_1_FREE]
+    arm3d.draw(ax, run.scenario.arm, run.q[0], unit=examples.INCH)
     ax.view_init(elev=20, azim=-60)
     ax.set(xlabel="x [in]", ylabel="y [in]", zlabel="z [in]")
     return figure
@@ -69,7 +69,7 @@ def _rates_and_angles(of: Evidence) -> Figure:
 
 def _scale_factor(of: Evidence) -> Figure:
     figure, ((ax,),) = panels.panels(1, right=0.25)
-    plots.damping(of[examples.EXAMPLE_2_CLOSED_FORM], ax, look=PRINT)
+    plots.damping([of[examples.EXAMPLE_2_CLOSED_FORM]], ax)
     ax.set_ylabel("scale factor κ")
     return figure
 

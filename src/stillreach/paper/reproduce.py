@@ -57,7 +57,7 @@ def reproduce(
             lengths=lengths,
             on_run=lambda name: status.update(f"simulating {name}"),
         )
-        saved = evidence.load(folder, step=step, lengths=lengths)
+        saved = evidence.load(folder, step=step)
         status.update("judging the claims")
         judged = claims.judged(saved)
         text = json.dumps(claims.as_json(judged), indent=2, ensure_ascii=False, allow_nan=False)

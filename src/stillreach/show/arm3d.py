@@ -11,8 +11,7 @@ import numpy.typing as npt
 
 from stillreach.arm import Arm
 from stillreach.arm.placements import moved
-from stillreach.show.style import HEALTH_COLOURS, SCREEN, Look, matplotlib_or_error
-from stillreach.show.words import in_picture
+from stillreach.show.style import HEALTH_COLOURS, in_picture, matplotlib_or_error
 from stillreach.status import Health
 
 SIDES = 20
@@ -44,7 +43,7 @@ def draw(
     arm: Arm,
     q: npt.ArrayLike,
     *,
-    look: Look = SCREEN,
+    unit: float = 1.0,
     labels: bool = True,
     failed: Mapping[int, Health] | Collection[int] = (),
     alpha: float = 1.0,
@@ -55,7 +54,7 @@ def draw(
         ax: axes with ``projection="3d"``.
         arm: the arm.
         q: (n,) joint values [rad] or [m].
-        look: units.
+        unit: [m] of the axes.
         labels: write the joints' names beside them, and draw the axes of the tool.
         failed: indices of joints to draw as failed, with their health where that is not LOCKED for all of them.
         alpha: opacity.
@@ -66,7 +65,7 @@ def draw(
 
     health = failed if isinstance(failed, Mapping) else dict.fromkeys(failed, Health.LOCKED)
     points, axes = stations(arm, q)
-    points = points / look.length
+    points = points / unit
     width = _thickness(points)
     shapes = [(_tube(start, end, width), LINK) for start, end in pairwise(points)]
     for moving, point, axis in zip(arm.chain, points[1:-1], axes, strict=True):
@@ -80,15 +79,15 @@ def draw(
         Poly3DCollection([face for face, _ in faces], facecolors=colours, edgecolors=colours, linewidths=0.4)
     )
     if labels:
-        _tool(ax, arm.forward(q), look, 5.0 * width)
+        _tool(ax, arm.forward(q), unit, 5.0 * width)
         for moving, point in zip(arm.chain, points[1:-1], strict=True):
             ax.text(*point, f"   {in_picture(str(moving.joint.name))}", fontsize=8, va="bottom")
     fit(ax, points)
 
 
-def path(ax: Any, points: npt.ArrayLike, *, look: Look = SCREEN, **line: Any) -> None:
+def path(ax: Any, points: npt.ArrayLike, *, unit: float = 1.0, **line: Any) -> None:
     """A path of the tool, (T, 3) [m], as a line."""
-    x, y, z = np.asarray(points, dtype=np.float64).T / look.length
+    x, y, z = np.asarray(points, dtype=np.float64).T / unit
     ax.plot(x, y, z, **line)
 
 
@@ -136,9 +135,9 @@ def _lit(face: np.ndarray, colour: np.ndarray) -> np.ndarray:
     return np.asarray(colour * (0.72 + 0.28 * facing))
 
 
-def _tool(ax: Any, T: np.ndarray, look: Look, size: float) -> None:
+def _tool(ax: Any, T: np.ndarray, unit: float, size: float) -> None:
     """The axes of the tool."""
-    origin = T[:3, 3] / look.length
+    origin = T[:3, 3] / unit
     for k, name in enumerate("xyz"):
         ax.plot(*np.stack([origin, origin + size * T[:3, k]]).T, color="black", linewidth=1.0)
         ax.text(*(origin + 1.3 * size * T[:3, k]), name, fontsize=7, ha="center", va="center")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,10 +11,9 @@ from stillreach.show import arm3d
 from stillreach.show.moments import label_rows, mark, moments
 from stillreach.show.outcome import LEAST_DEG, LEAST_MM, LINES, aside, ends_off
 from stillreach.show.scene import commanded_path, drawn_ticks, fit
-from stillreach.show.style import styled
-from stillreach.show.words import TITLE_LETTERS, in_picture
-from stillreach.simulation import Run, Scenario
-from stillreach.simulation.commanded import Commanded, commanded, deviation
+from stillreach.show.style import TITLE_LETTERS, in_picture, new_figure, styled
+from stillreach.simulation.commanded import Commanded, commanded_in, deviation
+from stillreach.simulation.comparison import Comparison
 from stillreach.simulation.held import rate_shares
 from stillreach.simulation.summary import Summary
 
@@ -28,29 +26,26 @@ OUTLIER = 4.0
 ASTRAY = 3.0
 """So it is for the scene."""
 
-Result = tuple[Scenario, Run, Summary]
 Curve = tuple[FloatArray, FloatArray]
 """Times [s] and values."""
 
 
-def comparison(results: Mapping[str, Result]) -> Figure:
+def comparison(results: Comparison) -> Figure:
     """The picture of several runs.
 
     Args:
-        results: scenario, run and summary by the law's name; the scenarios differ in their laws only.
+        results: one run or more.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
     """
     with styled("a picture of several runs"):
-        from matplotlib.figure import Figure
-
-        scenario = next(iter(results.values()))[0]
-        goal = commanded(scenario)
-        end = max(float(run.time[-1]) for _, run, _ in results.values())
+        scenario = results.scenario
+        goal = max((commanded_in(run) for run in results.values()), key=lambda goal: len(goal.ticks))
+        end = max(float(run.time[-1]) for run in results.values())
         changes = moments(scenario, end)
         panels = _panels(results)
-        figure = Figure(figsize=(13.0, 7.2))
+        figure = new_figure(13.0, 7.2)
         _scene(figure.add_axes((-0.06, 0.0, 0.50, 0.86), projection="3d"), results, goal)
         grid = figure.add_gridspec(
             len(panels), 1, left=0.50, right=0.975, top=0.84 - 0.018 * label_rows(changes, end), bottom=0.07, hspace=0.2
@@ -72,18 +67,18 @@ def comparison(results: Mapping[str, Result]) -> Figure:
     return figure
 
 
-def _panels(results: Mapping[str, Result]) -> list[tuple[str, list[Curve], float]]:
+def _panels(results: Comparison) -> list[tuple[str, list[Curve], float]]:
     """Name, curves and least height of each panel."""
     distances, angles, shares, largest = [], [], [], []
-    for scenario, run, _ in results.values():
+    for run in results.values():
         ticks = drawn_ticks(run)
-        distance, angle = (off[ticks] for off in deviation(scenario, run))
+        distance, angle = (off[ticks] for off in deviation(run))
         distances.append((run.time[ticks], 1000 * distance))
         angles.append((run.time[ticks], np.rad2deg(angle)))
-        shares.append((run.time[ticks], 100 * np.max(rate_shares(scenario, run), axis=1)[ticks]))
+        shares.append((run.time[ticks], 100 * np.max(rate_shares(run), axis=1)[ticks]))
         largest.append((run.time[ticks], np.rad2deg(np.max(np.abs(run.rates), axis=1))[ticks]))
     panels = []
-    found = next(iter(results.values()))[2]
+    found = next(iter(results.summaries.values()))
     if found.linear:
         panels.append(("off target [mm]", distances, LEAST_MM))
     if found.angular:
@@ -95,11 +90,11 @@ def _panels(results: Mapping[str, Result]) -> list[tuple[str, list[Curve], float
     return panels
 
 
-def _panel(ax: Axes, results: Mapping[str, Result], name: str, curves: list[Curve], least: float) -> None:
+def _panel(ax: Axes, results: Comparison, name: str, curves: list[Curve], least: float) -> None:
     top = _top([float(np.max(curve)) for _, curve in curves], least)
     unit = name[name.index("[") + 1 : -1]
     cut = []
-    for place, (law, (_, _, found)) in enumerate(results.items()):
+    for place, (law, found) in enumerate(results.summaries.items()):
         time, curve = curves[place]
         ax.plot(time, curve, label=f"{law}: {_verdict(found)}", **_line(place))
         if np.max(curve) > top:
@@ -119,21 +114,21 @@ def _top(peaks: list[float], least: float, outlier: float = OUTLIER) -> float:
 
 
 def _verdict(found: Summary) -> str:
-    if found.interrupted:
+    if found.run.interrupted:
         return f"interrupted at {found.end:g} s"
     if found.finished:
         return "arrived"
     return f"ends {ends_off(found)} off"
 
 
-def _scene(ax: Any, results: Mapping[str, Result], goal: Commanded) -> None:
+def _scene(ax: Any, results: Comparison, goal: Commanded) -> None:
     """The arm at the start, the commanded path, and the tool's under each law."""
-    scenario, run, _ = next(iter(results.values()))
-    arm3d.draw(ax, scenario.arm, run.q[0], labels=False, alpha=0.35)
-    points, _ = arm3d.stations(scenario.arm, run.q[0])
+    arm, q = results.scenario.arm, results.scenario.start
+    arm3d.draw(ax, arm, q, labels=False, alpha=0.35)
+    points, _ = arm3d.stations(arm, q)
     commanded_path(ax, goal)
     arm_and_goal = np.concatenate([points, goal.poses[:, :3, 3]])
-    paths = [one.pose[drawn_ticks(one), :3, 3] for _, one, _ in results.values()]
+    paths = [one.pose[drawn_ticks(one), :3, 3] for one in results.values()]
     reach = _top([float(np.max(np.linalg.norm(path - goal.poses[-1, :3, 3], axis=1))) for path in paths], 0.0, ASTRAY)
     near = [path for path in paths if np.max(np.linalg.norm(path - goal.poses[-1, :3, 3], axis=1)) <= reach]
     fit(ax, np.concatenate([arm_and_goal, *near]))

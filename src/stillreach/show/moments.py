@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stillreach.faults import Derated, Fault, Runaway
-from stillreach.show.style import HEALTH_COLOURS
-from stillreach.show.words import in_picture
+from stillreach.show.style import HEALTH_COLOURS, in_picture
 from stillreach.simulation import Scenario
+from stillreach.simulation.account import fault_groups
 from stillreach.status import Health
 
 if TYPE_CHECKING:
@@ -31,31 +30,6 @@ class Moment:
     text: str
     colour: str = HEALTH_COLOURS[Health.LOCKED]
     better: bool = False
-
-
-def what_happens(fault: Fault, *, slides: bool) -> str:
-    """A fault in a few words: ``locked``, ``at 20 %``, ``runs away, 3 deg/s``."""
-    if isinstance(fault.kind, Derated):
-        return f"at {100 * fault.kind.fraction:.3g} %"
-    if isinstance(fault.kind, Runaway):
-        rate = 1000 * fault.kind.rate if slides else math.degrees(fault.kind.rate)
-        return f"runs away, {rate:.3g} {'mm/s' if slides else 'deg/s'}"
-    return "locked"
-
-
-def fault_groups(scenario: Scenario, names: Sequence[str]) -> list[tuple[str, Fault]]:
-    """Faults in words, those of one kind and time together: ``j2, j4 locked``, each with the first of them.
-
-    Args:
-        scenario: whose faults.
-        names: (n,) what to call its joints.
-    """
-    found: dict[tuple[str, float, float | None], tuple[list[str], Fault]] = {}
-    for fault in scenario.faults:
-        joint = scenario.arm.joint_index(fault.joint)
-        what = what_happens(fault, slides=bool(scenario.arm.kinds[joint]))
-        found.setdefault((what, fault.at, fault.until), ([], fault))[0].append(names[joint])
-    return [(f"{', '.join(joints)} {what}", fault) for (what, _, _), (joints, fault) in found.items()]
 
 
 def moments(scenario: Scenario, end: float) -> list[Moment]:

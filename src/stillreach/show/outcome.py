@@ -10,11 +10,11 @@ import numpy as np
 from stillreach._door import FloatArray
 from stillreach.show.moments import label_rows, mark, moments
 from stillreach.show.scene import drawn_ticks, scene
-from stillreach.show.style import COLOURS, styled
+from stillreach.show.style import COLOURS, TITLE_LETTERS, in_picture, new_figure, styled
 from stillreach.show.timeline import timeline, timeline_rows
-from stillreach.show.words import TITLE_LETTERS, in_picture, shown_angle, shown_length
-from stillreach.simulation import Run, Scenario
-from stillreach.simulation.commanded import commanded, deviation
+from stillreach.simulation import Run
+from stillreach.simulation.account import apart
+from stillreach.simulation.commanded import commanded_in, deviation
 from stillreach.simulation.held import rate_shares
 from stillreach.simulation.summary import Summary
 from stillreach.status import Health
@@ -34,25 +34,23 @@ LEAST_MM, LEAST_DEG = 1.0, 0.1
 """A panel of deviations reaches at least so high: rounding errors are none."""
 
 
-def outcome(scenario: Scenario, run: Run, found: Summary) -> Figure:
+def outcome(run: Run, found: Summary | None = None) -> Figure:
     """The picture of a run.
 
     Args:
-        scenario: what was run.
         run: what happened.
-        found: its summary.
+        found: its summary; None makes one.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
     """
     with styled("a picture of a run"):
-        from matplotlib.figure import Figure
-
-        goal = commanded(scenario)
+        found = run.summary() if found is None else found
+        scenario, goal = run.scenario, commanded_in(run)
         ticks = drawn_ticks(run)
         changes = moments(scenario, run.time[-1])
         rows = timeline_rows(run)
-        figure = Figure(figsize=(13.0, 7.6))
+        figure = new_figure(13.0, 7.6)
         grid = figure.add_gridspec(
             4,
             1,
@@ -63,13 +61,13 @@ def outcome(scenario: Scenario, run: Run, found: Summary) -> Figure:
             bottom=0.065,
             hspace=0.26,
         )
-        scene(figure.add_axes((-0.06, 0.015, 0.49, 0.87), projection="3d"), scenario, run, goal)
+        scene(figure.add_axes((-0.06, 0.015, 0.49, 0.87), projection="3d"), run, goal)
         axes = [figure.add_subplot(grid[0])]
         axes += [figure.add_subplot(grid[k], sharex=axes[0]) for k in (1, 2, 3)]
         axes[0].set_xlim(0.0, max(float(run.time[-1]), scenario.period))
-        off_target(axes[0], scenario, run, ticks, found)
-        chosen = named_joints(scenario, run)
-        rates(axes[1], scenario, run, chosen, ticks)
+        off_target(axes[0], run, ticks, found)
+        chosen = named_joints(run)
+        rates(axes[1], run, chosen, ticks)
         values(axes[2], run, chosen, ticks)
         timeline(axes[3], run, ticks)
         for k, ax in enumerate(axes):
@@ -80,37 +78,37 @@ def outcome(scenario: Scenario, run: Run, found: Summary) -> Figure:
         figure.text(
             0.02,
             0.965,
-            in_picture(str(run.attrs.get("title", "")), TITLE_LETTERS),
+            in_picture(scenario.title, TITLE_LETTERS),
             fontsize=13,
             fontweight="bold",
             va="center",
         )
-        figure.text(0.02, 0.93, caption(scenario, found), fontsize=9.5, va="center")
+        figure.text(0.02, 0.93, caption(found), fontsize=9.5, va="center")
         if found.why is not None:
             figure.text(0.02, 0.905, in_picture(found.why.sentence, WHY_LETTERS), fontsize=9.5, va="center")
     return figure
 
 
-def caption(scenario: Scenario, found: Summary) -> str:
+def caption(found: Summary) -> str:
     """Arm, law and what came of it, in a line."""
-    away = f"{ends_off(found)} from its goal"
-    if found.interrupted:
+    of = found.run.scenario
+    if found.run.interrupted:
         verdict = f"interrupted at {found.end:g} s"
     else:
-        verdict = f"the tool {'arrived' if found.finished else 'did not arrive'}: it ends {away}"
-    arm, law = in_picture(scenario.arm.name), type(scenario.law).__name__
-    return f"{arm}, {law}, {1000 * scenario.period:g} ms a tick; {verdict}"
+        verdict = (
+            f"the tool {'arrived' if found.finished else 'did not arrive'}: it ends {ends_off(found)} from its goal"
+        )
+    return f"{in_picture(of.arm.name)}, {type(of.law).__name__}, {1000 * of.period:g} ms a tick; {verdict}"
 
 
 def ends_off(found: Summary) -> str:
     """How far from its goal the tool ends, in the rows of the task."""
-    parts = [shown_length(found.goal_distance)] if found.linear else []
-    return " and ".join([*parts, shown_angle(found.goal_angle)] if found.angular else parts)
+    return apart(found, found.goal_distance, found.goal_angle, " and ")
 
 
-def off_target(ax: Axes, scenario: Scenario, run: Run, ticks: np.ndarray, found: Summary) -> None:
+def off_target(ax: Axes, run: Run, ticks: np.ndarray, found: Summary) -> None:
     """Distance [mm] and angle [deg] from where the tool should be, each where the task has such rows."""
-    distance, angle = (off[ticks] for off in deviation(scenario, run))
+    distance, angle = (off[ticks] for off in deviation(run))
     time = run.time[ticks]
     if found.linear:
         _deviation(ax, time, 1000 * distance, LEAST_MM, "off target [mm]", COLOURS[0])
@@ -129,18 +127,18 @@ def _deviation(ax: Axes, time: FloatArray, off: FloatArray, least: float, name: 
     ax.set_ylim(0.0, max(1.06 * float(np.max(off)), least))
 
 
-def named_joints(scenario: Scenario, run: Run) -> list[int]:
+def named_joints(run: Run) -> list[int]:
     """The joints that get lines of their own: those that fail, then those that come nearest to their limits."""
     failed = [int(j) for j in np.flatnonzero(np.any(run.health != Health.HEALTHY, axis=0))]
-    share = np.max(rate_shares(scenario, run), axis=0)
+    share = np.max(rate_shares(run), axis=0)
     effort = share if np.any(share) else np.max(np.abs(run.rates), axis=0)
     busiest = [int(j) for j in np.argsort(-effort, kind="stable") if j not in failed]
     return sorted((failed + busiest)[:NAMED])
 
 
-def rates(ax: Axes, scenario: Scenario, run: Run, chosen: Sequence[int], ticks: np.ndarray) -> None:
+def rates(ax: Axes, run: Run, chosen: Sequence[int], ticks: np.ndarray) -> None:
     """Rates as a share of their limits [%]; in [deg/s] and [mm/s] where there are none."""
-    limited = rate_shares(scenario, run)
+    limited = rate_shares(run)
     if np.any(limited):
         signed = 100 * limited * np.sign(run.rates)
         ax.axhspan(-100, 100, color="#f1f1ee", zorder=0)

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Collection, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stillreach._door import FloatArray
+from stillreach.arm import Arm
 from stillreach.show import arm3d
 from stillreach.show.moments import moments
-from stillreach.show.style import COLOURS, HEALTH_COLOURS
-from stillreach.show.words import in_picture
-from stillreach.simulation import Run, Scenario
+from stillreach.show.style import COLOURS, HEALTH_COLOURS, TITLE_LETTERS, in_picture, new_figure, styled
+from stillreach.simulation import Run
 from stillreach.simulation.commanded import Commanded
 from stillreach.status import Health
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 DRAWN = 5000
 """A line has about so many points at most."""
@@ -27,18 +30,20 @@ CORNER = 0.09
 """Part of the longest side around the corner that two axes share, where only one of them has ticks."""
 
 
-def scene(ax: Any, scenario: Scenario, run: Run, goal: Commanded) -> None:
+def scene(ax: Any, run: Run, goal: Commanded) -> None:
     """The arm at the start (pale) and at the end, failed joints in colour and named, with commanded and own path."""
+    arm = run.scenario.arm
     ax.computed_zorder = False  # what is drawn later hides what was drawn before
     health = {int(joint): Health(run.health[-1, joint]) for joint in np.flatnonzero(run.health[-1] != Health.HEALTHY)}
-    arm3d.draw(ax, scenario.arm, run.q[0], labels=False, alpha=0.18)
-    arm3d.draw(ax, scenario.arm, run.q[-1], labels=False, failed=health)
-    first, _ = arm3d.stations(scenario.arm, run.q[0])
-    last, _ = arm3d.stations(scenario.arm, run.q[-1])
+    arm3d.draw(ax, arm, run.q[0], labels=False, alpha=0.18)
+    arm3d.draw(ax, arm, run.q[-1], labels=False, failed=health)
+    first, _ = arm3d.stations(arm, run.q[0])
+    last, _ = arm3d.stations(arm, run.q[-1])
+    places = dict(zip(_moving_names(arm), last[1:-1], strict=True))
     path = run.pose[drawn_ticks(run), :3, 3]
     commanded_path(ax, goal)
     arm3d.path(ax, path, color=COLOURS[0], linewidth=1.8, zorder=3, label="path of the tool")
-    for place, moment in enumerate(moments(scenario, run.time[-1])):
+    for place, moment in enumerate(moments(run.scenario, run.time[-1])):
         if not moment.better:
             tick = min(int(np.searchsorted(run.time, moment.time - 1e-12)), len(run) - 1)
             label = "a joint fails" if place == 0 else None
@@ -56,11 +61,31 @@ def scene(ax: Any, scenario: Scenario, run: Run, goal: Commanded) -> None:
     _name(
         ax,
         {
-            in_picture(run.joint_names[joint]): (last[joint + 1], HEALTH_COLOURS[state])
+            in_picture(run.joint_names[joint]): (places[run.joint_names[joint]], HEALTH_COLOURS[state])
             for joint, state in health.items()
         },
     )
     ax.legend(loc="lower left", bbox_to_anchor=(0.15, -0.03), fontsize=8.5, ncols=2)
+
+
+def arm_picture(arm: Arm, q: FloatArray, failed: Collection[int] = ()) -> Figure:
+    """A figure of an arm at q (n,) [rad, m], its joints named, failed ones in colour."""
+    with styled("arm.plot()"):
+        figure = new_figure(6.4, 6.4)
+        ax: Any = figure.add_axes((0.02, 0.02, 0.92, 0.92), projection="3d", computed_zorder=False)
+        arm3d.draw(ax, arm, q, labels=False, failed=failed)
+        points, _ = arm3d.stations(arm, q)
+        fit(ax, points)
+        names = map(in_picture, _moving_names(arm))
+        colours = [HEALTH_COLOURS[Health.LOCKED] if moving.leader in failed else "black" for moving in arm.chain]
+        _name(ax, dict(zip(names, zip(points[1:-1], colours, strict=True), strict=True)))
+        figure.suptitle(in_picture(arm.name, TITLE_LETTERS), fontsize=11)
+    return figure
+
+
+def _moving_names(arm: Arm) -> list[str]:
+    """Names of all joints that move, the followers included, from the base on."""
+    return [str(moving.joint.name) for moving in arm.chain]
 
 
 def _name(ax: Any, joints: Mapping[str, tuple[FloatArray, str]]) -> None:

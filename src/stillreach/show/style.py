@@ -1,30 +1,24 @@
-"""How lines look: told apart by dashes, as in print, or by colour and dashes."""
+"""How pictures look: colours, settings of matplotlib, and names in as much room as there is."""
 
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
+from stillreach._text import printable
 from stillreach.errors import MissingExtraError
-from stillreach.status import Health
-
-DASHES: tuple[Any, ...] = (
-    "-",
-    (0, (6, 2)),
-    (0, (6, 1.8, 1.2, 1.8)),
-    (0, (1.2, 1.6)),
-    (0, (11, 2.5)),
-    (0, (6, 1.6, 1.2, 1.6, 1.2, 1.6)),
-)
-"""Solid, dashed, dash-dot, dotted, long dashes, dash-dot-dot."""
+from stillreach.faults import FAULTS
 
 COLOURS = ("#1b4f8a", "#c8501e", "#2f7d4f", "#8a3f8f", "#7a6a1f", "#3b3b3b")
 
-HEALTH_COLOURS = {Health.LOCKED: "#b3261e", Health.DERATED: "#d98a1f", Health.RUNAWAY: "#8a3f8f"}
+FAULT_COLOURS = ("#b3261e", "#d98a1f", "#8a3f8f", "#8a6d3b", "#c2578a", "#5b4a9e", "#6b6b2b")
+HEALTH_COLOURS = {kind.health: colour for kind, colour in zip(FAULTS, FAULT_COLOURS, strict=False)}
 """Of a failed joint, wherever it is drawn."""
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+NAME_LETTERS, TITLE_LETTERS = 26, 90
 
 RC = {
     "font.family": "sans-serif",
@@ -48,44 +42,9 @@ RC = {
     "xtick.major.width": 0.7,
     "ytick.major.width": 0.7,
     "figure.dpi": 100.0,
+    "figure.max_open_warning": 0,
     "savefig.dpi": 160.0,
 }
-
-
-@dataclass(frozen=True)
-class Look:
-    """How a figure is drawn.
-
-    Args:
-        ink: black lines only, told apart by their dashes, as in a printed paper.
-        length: what one unit of length is [m].
-        length_name: its name on the axes.
-    """
-
-    ink: bool = False
-    length: float = 1.0
-    length_name: str = "m"
-
-    def compared(self, place: int) -> dict[str, Any]:
-        """Style of the line of a run at a place among several: by shade, for lines that may flicker."""
-        if self.ink:
-            return {"color": ("black", "0.62", "0.35", "0.8")[place % 4], "linewidth": 1.1}
-        return {"color": COLOURS[place % len(COLOURS)]}
-
-    def component(self, place: int) -> dict[str, Any]:
-        """Style of the line of x, y or z, or of pitch, yaw or roll: solid, dashed, dotted."""
-        return {**self.line(place), "linestyle": ("-", "--", ":")[place]}
-
-    def line(self, place: int) -> dict[str, Any]:
-        """Style of the line at a place in its panel."""
-        lap = place // len(DASHES)
-        colour = ("black" if lap == 0 else "0.55") if self.ink else COLOURS[place % len(COLOURS)]
-        return {"color": colour, "linestyle": DASHES[(place + (0 if self.ink else lap)) % len(DASHES)]}
-
-
-SCREEN = Look()
-PRINT = Look(ink=True, length=0.0254, length_name="in")
-"""The paper's look: black dashes, inches."""
 
 
 def matplotlib_or_error(purpose: str) -> Any:
@@ -107,6 +66,16 @@ def styled(purpose: str) -> AbstractContextManager[None]:
     return context
 
 
-def unwrapped_degrees(angles: np.ndarray) -> np.ndarray:
-    """Angles over time (T, k) [rad] in degrees, without jumps by a full turn."""
-    return np.rad2deg(np.unwrap(angles, axis=0)) if len(angles) else np.rad2deg(angles)
+def new_figure(width: float, height: float) -> Figure:
+    """A figure [in] of pyplot, so that notebooks and ``pyplot.show()`` show it."""
+    from matplotlib import pyplot
+
+    return pyplot.figure(figsize=(width, height))
+
+
+def in_picture(text: str, letters: int = NAME_LETTERS) -> str:
+    """A name or title for a picture: in one line, of a long one both ends."""
+    text = printable(" ".join(text.split()))
+    if len(text) > letters:
+        text = f"{text[: letters // 2 - 1]}…{text[-(letters // 2) :]}"
+    return f" {text}" if text.startswith("_") else text  # matplotlib leaves what begins so out of legends

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stillreach.show.style import HEALTH_COLOURS
-from stillreach.show.words import in_picture
+from stillreach.faults import FAULTS
+from stillreach.show.style import HEALTH_COLOURS, in_picture
 from stillreach.simulation import Run
 from stillreach.simulation.held import bound_reasons
-from stillreach.status import Health, Status
+from stillreach.status import IN_WORDS, Health, Status
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 STATES = {
-    **{health.name.lower(): colour for health, colour in HEALTH_COLOURS.items()},
+    **{kind.word: HEALTH_COLOURS[kind.health] for kind in FAULTS},
     "at rate limit": "#1b4f8a",
     "at position limit": "#5f8fc4",
     "at acceleration limit": "#b9cfe6",
@@ -25,14 +25,14 @@ STATES = {
 """What a joint's bar can say, and its colour."""
 
 FLAGS = (
-    (Status.SINGULAR, "singular"),
-    (Status.DAMPED, "damped"),
-    (Status.SCALED, "slowed down"),
-    (Status.OVER_LIMIT, "over limit"),
-    (Status.NO_WORKING_JOINT, "no joint left"),
-    (Status.FAULT_NOT_COMPENSATED, "not compensated"),
-    (Status.LIMIT_GIVEN_UP, "limit given up"),
-    (Status.ITERATION_LIMIT, "iteration limit"),
+    Status.SINGULAR,
+    Status.DAMPED,
+    Status.SCALED,
+    Status.OVER_LIMIT,
+    Status.NO_WORKING_JOINT,
+    Status.FAULT_NOT_COMPENSATED,
+    Status.LIMIT_GIVEN_UP,
+    Status.ITERATION_LIMIT,
 )
 FLAG_COLOUR = "#6d6d6d"
 BAR = 0.72
@@ -55,7 +55,7 @@ def timeline(ax: Axes, run: Run, ticks: np.ndarray) -> None:
 
     codes, time = _joint_codes(run)[ticks], run.time[ticks]
     flags = _raised(run)
-    names = [*map(in_picture, run.joint_names), *(name for _, name in flags)]
+    names = [*map(in_picture, run.joint_names), *(IN_WORDS[flag] for flag in flags)]
     used: set[str] = set()
     for row, name in enumerate(run.joint_names):
         for code, (state, colour) in enumerate(STATES.items(), start=1):
@@ -63,7 +63,7 @@ def timeline(ax: Axes, run: Run, ticks: np.ndarray) -> None:
             if spans:
                 used.add(state)
                 ax.broken_barh(spans, (row - BAR / 2, BAR), facecolors=colour, linewidth=0, label=name)
-    for row, (flag, _) in enumerate(flags, start=len(run.joint_names)):
+    for row, flag in enumerate(flags, start=len(run.joint_names)):
         spans = _spans(time, (run.status[ticks] & flag.value) != 0)
         ax.broken_barh(spans, (row - BAR / 2, BAR), facecolors=FLAG_COLOUR, linewidth=0)
     if flags:
@@ -83,15 +83,14 @@ def timeline_rows(run: Run) -> int:
 def _joint_codes(run: Run) -> np.ndarray:
     """(T, n) 0, or 1 + place in STATES."""
     reasons = bound_reasons(run)
-    codes = np.where(reasons > 0, reasons + 3, 0)
-    codes[(codes == 0) & (run.health == Health.DERATED)] = 2
-    codes[run.health == Health.LOCKED] = 1
-    codes[run.health == Health.RUNAWAY] = 3
+    codes = np.where(reasons > 0, reasons + len(FAULTS), 0)
+    for code, kind in enumerate(FAULTS, start=1):
+        codes[(run.health == kind.health) & ((codes == 0) | (not kind.leaves_choice))] = code
     return codes
 
 
-def _raised(run: Run) -> list[tuple[Status, str]]:
-    return [(flag, name) for flag, name in FLAGS if np.any(run.status & flag.value)]
+def _raised(run: Run) -> list[Status]:
+    return [flag for flag in FLAGS if np.any(run.status & flag.value)]
 
 
 def _spans(time: np.ndarray, true: np.ndarray) -> list[tuple[float, float]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import zipfile
 from pathlib import Path
@@ -12,7 +11,8 @@ import numpy as np
 
 from stillreach._files import new_file
 from stillreach.errors import InputError
-from stillreach.simulation.fields import FIELDS
+from stillreach.simulation.document import scenario_text
+from stillreach.simulation.record import FIELDS, Stored
 
 if TYPE_CHECKING:
     from stillreach.simulation.run import Run
@@ -21,7 +21,6 @@ SUFFIX = ".npz"
 SIGNATURE = b"PK\x03\x04"
 LARGEST = 2**33
 """[bytes] of all arrays; as much as a run may have."""
-TEXTS = ("joint", "joint_unit", "attrs")
 
 
 def is_archive(path: str | os.PathLike[str]) -> bool:
@@ -36,14 +35,14 @@ def is_archive(path: str | os.PathLike[str]) -> bool:
 
 def write(run: Run, path: str | os.PathLike[str]) -> None:
     """Write a run; a file of that name is replaced whole or not at all."""
-    arrays = {field.name: getattr(run, field.name) for field in FIELDS}
-    attrs = json.dumps(dict(run.attrs), default=_plain)
+    stored: dict[str, Any] = {"joint": run.joint_names, "joint_unit": run.joint_units, "interrupted": run.interrupted}
+    stored |= {"scenario": scenario_text(run.scenario), **run.arrays()}
     with new_file(path) as file:
-        np.savez_compressed(file, joint=run.joint_names, joint_unit=run.joint_units, attrs=attrs, **arrays)
+        np.savez_compressed(file, **stored)
 
 
-def read(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """The arguments of the Run that an archive holds.
+def read(path: str | os.PathLike[str]) -> Stored:
+    """What an archive holds.
 
     Raises:
         InputError: the file is not a run.
@@ -60,26 +59,14 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
                 "path", f"{os.fspath(path)!r} with {size} bytes of arrays", f"{expected}, at most {LARGEST}"
             )
         with np.load(path, allow_pickle=False) as stored:
-            values: dict[str, Any] = {field.name: stored[field.name] for field in FIELDS}
-            joints, units, attrs = (stored[name] for name in TEXTS)
-        labels = json.loads(str(attrs))
+            arrays = {entry.name: stored[entry.name] for entry in FIELDS}
+            names, units = (tuple(map(str, np.atleast_1d(stored[name]))) for name in ("joint", "joint_unit"))
+            found = Stored(arrays, names, units, str(stored["scenario"]), bool(stored["interrupted"]))
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
         if isinstance(error, InputError):
             raise
         raise InputError("path", repr(os.fspath(path)), f"{expected} ({error})") from error
-    if not isinstance(labels, dict):
-        raise InputError("path", repr(os.fspath(path)), f"{expected}, with labels by name")
-    other = [name for name, array in values.items() if array.dtype.kind not in "iuf"]
+    other = [name for name, array in arrays.items() if array.dtype.kind not in "iuf"]
     if other:
         raise InputError("path", f"{os.fspath(path)!r} with other things than numbers in {', '.join(other)}", expected)
-    return {
-        **values,
-        "joint_names": tuple(map(str, np.atleast_1d(joints))),
-        "joint_units": tuple(map(str, np.atleast_1d(units))),
-        "attrs": labels,
-    }
-
-
-def _plain(value: Any) -> Any:
-    """NumPy's numbers as Python's."""
-    return value.item()
+    return found

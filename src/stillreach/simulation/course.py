@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 
 from stillreach._door import FloatArray
-from stillreach.simulation.profile import progress
-from stillreach.simulation.rotations import exp, log
+from stillreach._forms import Flag, Number, Word
+from stillreach._kinds import Kind, key
+from stillreach._messages import shown
+from stillreach._reading import Reading
+from stillreach._rotations import exp, log
+from stillreach.errors import InputError
+from stillreach.simulation.profile import PROFILES, progress
 
 ARC_POINTS = 3601
+PROFILE_KEY = key(Word(*PROFILES), "Speed along it; the last two start and end at rest")
+RAMP_KEY = key(
+    Number(above=0.0, most=0.5), "Part of the time in which trapezoidal speeds up, and slows down again; 0.25 if absent"
+)
+RELATIVE_KEY = key(Flag(), "Positions are shifts and orientations turns from the pose at the beginning")
 
 
 class Plan(Protocol):
@@ -25,8 +35,8 @@ class Plan(Protocol):
         """Poses (K, 4, 4) [m] and twists (K, 6) [m/s, rad/s] at times (K,) [s] since the course began."""
 
 
-class Course:
-    """Base of the motions that lead from pose to pose: Line, Circle, Waypoints, PoseTable."""
+class Course(Kind):
+    """Base of the motions that lead from pose to pose."""
 
     duration: float
     goal: ClassVar[str] = "points"
@@ -39,6 +49,13 @@ class Course:
             InputError: it cannot begin there.
         """
         raise TypeError(f"{type(self).__name__} is a base class; use one of the courses")
+
+    @classmethod
+    def read(cls, values: dict[str, Any], reading: Reading) -> Self:
+        """From a file; there a ramp goes with the profile that has one."""
+        if "ramp" in values and values.get("profile") != "trapezoidal":
+            raise InputError("ramp", shown(values["ramp"]), 'none, or profile = "trapezoidal"')
+        return super().read(values, reading)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,31 +2,27 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from stillreach._door import FloatArray
-from stillreach.faults import Derated
-from stillreach.simulation.events import fault_changes
-from stillreach.simulation.run import Run
-from stillreach.simulation.scenario import Scenario
 from stillreach.status import Health, Reason
+
+if TYPE_CHECKING:
+    from stillreach.simulation.run import Run
 
 BOUNDS = ("rate", "position", "acceleration")
 """What can limit a working joint."""
 
 
-def rate_shares(scenario: Scenario, run: Run) -> FloatArray:
+def rate_shares(run: Run) -> FloatArray:
     """(T, n) each rate as a fraction of its rate limit on that side, derated where the joint is; 0 without a limit."""
-    lower, upper = _rate_limits(scenario)
-    limit = np.where(run.rates < 0.0, -lower, upper) * _derating(scenario, len(run))
+    lower, upper = run.scenario.controller().velocity_limits.T
+    limit = np.where(run.rates < 0.0, -lower, upper) * _derating(run)
     share = np.zeros_like(run.rates)
     np.divide(np.abs(run.rates), limit, out=share, where=np.isfinite(limit) & (limit > 0.0))
     return share
-
-
-def has_rate_limits(scenario: Scenario) -> bool:
-    """Whether any joint has one."""
-    return bool(np.any(np.isfinite(_rate_limits(scenario))))
 
 
 def bound_reasons(run: Run) -> np.ndarray:
@@ -39,35 +35,22 @@ def bound_reasons(run: Run) -> np.ndarray:
     return np.where(derated, 1, np.where(reason >= Reason.RATE, reason - 1, 0)).astype(np.int8)
 
 
-def held_back(run: Run, period: float) -> dict[str, dict[str, float]]:
-    """[s] how long each joint that was at a limit was at which, with ticks of a period [s]."""
+def held_back(run: Run) -> dict[str, dict[str, float]]:
+    """[s] how long each joint that was at a limit was at which."""
     reasons = bound_reasons(run)
     found: dict[str, dict[str, float]] = {}
     for joint, name in enumerate(run.joint_names):
         for code, bound in enumerate(BOUNDS, start=1):
             ticks = int(np.count_nonzero(reasons[:, joint] == code))
             if ticks:
-                found.setdefault(name, {})[bound] = ticks * period
+                found.setdefault(name, {})[bound] = ticks * run.scenario.period
     return found
 
 
-def _derating(scenario: Scenario, ticks: int) -> FloatArray:
-    """(ticks, n) what is left of each rate limit, 0 to 1."""
-    left = np.ones((ticks, scenario.arm.n))
-    for tick, changes in sorted(fault_changes(scenario).items()):
+def _derating(run: Run) -> FloatArray:
+    """(T, n) what is left of each rate limit, 0 to 1."""
+    left = np.ones_like(run.rates)
+    for tick, changes in sorted(run.scenario.schedule.changes.items()):
         for joint, kind in changes:
-            left[tick:, joint] = kind.fraction if isinstance(kind, Derated) else 1.0
+            left[tick:, joint] = 1.0 if kind is None else kind.share
     return left
-
-
-def _rate_limits(scenario: Scenario) -> tuple[FloatArray, FloatArray]:
-    """(n,) lower and (n,) upper rate limits [rad/s, m/s]."""
-    given = (
-        scenario.arm.velocity_limits
-        if scenario.velocity_limits is None
-        else np.asarray(scenario.velocity_limits, dtype=float)
-    )
-    if given.ndim == 2:
-        return given[:, 0], given[:, 1]
-    limits = np.broadcast_to(given, (scenario.arm.n,))
-    return -limits, limits

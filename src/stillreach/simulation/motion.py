@@ -6,7 +6,7 @@ A commanded twist is [v; w] along base axes (see ``stillreach.simulation.path`` 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -14,15 +14,20 @@ import numpy.typing as npt
 
 from stillreach import _door
 from stillreach._door import FloatArray
+from stillreach._forms import TIME, Number
+from stillreach._kinds import Kind, key
+from stillreach._lists import List
 from stillreach.errors import InputError
 from stillreach.simulation.course import Course
+from stillreach.simulation.pose_table import PoseTable
+from stillreach.simulation.shapes import Circle, Line, Waypoints
 
 TICK_TOLERANCE = 1e-9
 """A moment this fraction of a period before a tick counts as that tick: 0.1 + 0.2 is later than 0.3."""
 
 
 @dataclass(frozen=True, eq=False)
-class ConstantTwist:
+class ConstantTwist(Kind):
     """A constant commanded twist, held for a time.
 
     Args:
@@ -30,11 +35,17 @@ class ConstantTwist:
         duration: how long it is held [s]; None is to the end of the scenario.
 
     Raises:
-        InputError: an argument is none of this.
+        InputError: if an argument is invalid.
     """
 
-    twist: FloatArray
-    duration: float | None = None
+    word = "twist"
+
+    twist: FloatArray = field(
+        metadata=key(
+            List(*[Number("length/s")] * 3, *[Number("angle/s")] * 3), "vx, vy, vz, wx, wy, wz, along base axes"
+        )
+    )
+    duration: float | None = field(metadata=key(TIME, "How long; to the end if absent (the last motion only)"))
 
     def __init__(self, twist: npt.ArrayLike, duration: float | None = None) -> None:
         object.__setattr__(self, "twist", _door.vector("twist", twist, 6, labels=_door.TWIST))
@@ -53,8 +64,28 @@ class ConstantTwist:
         return f"ConstantTwist([{', '.join(f'{value:g}' for value in self.twist)}]{held})"
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class Wait(ConstantTwist):
+    """The tool stays where it is: a constant twist of zeros.
+
+    Args:
+        duration: how long [s].
+
+    Raises:
+        InputError: if an argument is invalid.
+    """
+
+    word = "wait"
+
+    def __init__(self, duration: float) -> None:
+        super().__init__(np.zeros(6), _door.positive("duration", duration))
+
+
+MOTIONS: tuple[type[ConstantTwist | Course], ...] = (ConstantTwist, Wait, Line, Circle, Waypoints, PoseTable)
+"""Every motion that is not a function of time."""
+
 Motion: TypeAlias = ConstantTwist | Course | Callable[[float], npt.ArrayLike]
-"""A part of a motion: a held twist, a course (Line, Circle, Waypoints, PoseTable), or a function from the time since
+"""A part of a motion: a held twist, a course, or a function from the time since
 the scenario's start [s] to a twist (6,)."""
 
 
@@ -62,16 +93,14 @@ def checked_motion(motion: Any) -> tuple[Motion, ...]:
     """The parts of a motion, from one part or several.
 
     Args:
-        motion: a ConstantTwist, a course, a function of time, or a sequence of twists and courses. The last part may be
+        motion: one of MOTIONS, a function of time, or a sequence of twists and courses. The last part may be
             a function or a ConstantTwist without a duration.
 
     Raises:
         InputError: it is something else, or a part follows one that never ends.
     """
-    expected = (
-        "a ConstantTwist, Line, Circle, Waypoints, PoseTable, a function of time, or a list of these whose last part "
-        "may be a function"
-    )
+    names = ", ".join(kind.__name__ for kind in MOTIONS)
+    expected = f"a {names}, a function of time, or a list of these whose last part may be a function"
     if isinstance(motion, ConstantTwist | Course) or callable(motion):
         return (motion,)
     if not isinstance(motion, Iterable) or isinstance(motion, str | np.ndarray):

@@ -7,20 +7,22 @@ netCDF file.
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
-from stillreach import _door
 from stillreach._files import file_name, new_file
 from stillreach.errors import InputError, MissingExtraError
-from stillreach.simulation.fields import AXES, CODES, FIELDS, RATE_UNITS, TWIST_COMPONENTS, Field
+from stillreach.simulation.document import scenario_text
+from stillreach.simulation.record import AXES, FIELDS, RATE_UNITS, TWIST_COMPONENTS, Field, Stored
 from stillreach.status import Status
 
 if TYPE_CHECKING:
@@ -35,112 +37,102 @@ LABELS = {
 }
 """Axis and long name of each variable that holds texts."""
 
-EXPECTED = "a netCDF file that run.save() wrote"
+SCENARIO = "scenario"
+"""The variable that holds the scenario."""
+ABOUT_SCENARIO = {"long_name": "what was run, as JSON", "_Encoding": "utf-8"}
 
-OF_NETCDF = ("_NC", "_nc3")
-"""How the format's own attributes begin."""
+EXPECTED = "a file that run.save() wrote"
 
 MOST_COMPRESSED = 1100
 """Most bytes of an array for a byte in the file: no compression of HDF5 makes more; an array without data has more."""
 
 
 def to_dataset(run: Run) -> xarray.Dataset:
-    """The run as a Dataset with dimensions time, joint, row, column and component."""
+    """The run as a Dataset, as xarray reads it from a file."""
+    h5netcdf = _h5netcdf("run.to_xarray()")
     try:
         import xarray
     except ImportError as error:
         raise MissingExtraError("netcdf", "run.to_xarray()") from error
-    variables = {
-        entry.name: (("time", *entry.axes), getattr(run, entry.name), _attributes(entry, run.joint_units))
-        for entry in FIELDS
-        if entry.name != "time"
-    }
-    coordinates = {
-        name: (axis, np.array(texts, dtype=object), {"long_name": LABELS[name][1]})
-        for (name, texts), (axis, _) in zip(_texts(run).items(), LABELS.values(), strict=True)
-    }
-    time = ("time", run.time, _attributes(FIELDS[0], run.joint_units))
-    return xarray.Dataset(variables, {"time": time, **coordinates}, attrs=dict(run.attrs))
+    memory = io.BytesIO()
+    with h5netcdf.File(memory, "w") as file:
+        _fill(file, run, scenario_text(run.scenario))
+    return xarray.load_dataset(memory, engine="h5netcdf", decode_times=False)
 
 
 def write(run: Run, path: str | os.PathLike[str]) -> None:
     """Write a run to a new file that takes the old one's place only when it is complete."""
     h5netcdf = _h5netcdf("run.save()")
-    _check_labels(run)
+    scenario = scenario_text(run.scenario)
     with _interrupts_wait(), new_file(path) as target:
         sink = _Sink(target)
         with h5netcdf.File(sink, "w") as file:
-            _fill(file, run)
+            _fill(file, run, scenario)
         if sink.error is not None:
             raise sink.error
 
 
-def _check_labels(run: Run) -> None:
-    """InputError for a label that a file cannot hold."""
-    for name in run.joint_names:
-        _door.text("joint_names", name)
-    for key, value in run.attrs.items():
-        _door.text("attrs", key)
-        if isinstance(value, str):
-            _door.text(f"attrs[{key!r}]", value)
-        elif not isinstance(value, float | np.number) and not (isinstance(value, int) and -(2**63) <= value < 2**63):
-            raise InputError(f"attrs[{key!r}]", _door.describe(value), "a text or a number of at most 64 bits")
+def _labels(run: Run) -> dict[str, str | int]:
+    """The attributes of the file as a whole."""
+    return {
+        "title": run.scenario.title,
+        "interrupted": int(run.interrupted),
+        "source": f"stillreach {version('stillreach')}",
+    }
 
 
 class _Sink:
     """The file that HDF5 writes to. It never fails: HDF5 cannot give up a file that has no room, and ends the process.
 
     Attributes:
-        error: what went wrong first; nothing was written from then on.
+        error: what went wrong first; from then on the file is in memory.
     """
 
     def __init__(self, file: BinaryIO) -> None:
         self.error: BaseException | None = None
-        self._file, self._place, self._size = file, 0, 0
+        self._file: Any = file.raw  # type: ignore[attr-defined]  # nothing is left in a buffer that cannot be written
 
     def write(self, data: memoryview) -> int:
         """Write at the current position."""
-        self._try(lambda: (self._file.seek(self._place), self._file.write(data)))
-        self._place += len(data)
-        self._size = max(self._size, self._place)
+        left = memoryview(data)
+        while left:
+            left = left[self._done(lambda file: file.write(left)) :]  # noqa: B023 - called at once
         return len(data)
 
     def readinto(self, data: memoryview) -> int:
         """Read back what was written."""
-        self._try(lambda: (self._file.seek(self._place), self._file.readinto(data)))  # type: ignore[attr-defined]
-        self._place += len(data)
-        return len(data)
+        return self._done(lambda file: file.readinto(data))
 
     def read(self, size: int) -> bytes:
         """The same as bytes; h5py knows files by this method."""
         data = bytearray(size)
-        self.readinto(memoryview(data))
-        return bytes(data)
+        return bytes(data[: self.readinto(memoryview(data))])
 
     def seek(self, place: int, origin: int = os.SEEK_SET) -> int:
-        """Move the position; only what is written moves the file's own."""
-        self._place = place + {os.SEEK_SET: 0, os.SEEK_CUR: self._place, os.SEEK_END: self._size}[origin]
-        return self._place
+        """Move the position."""
+        return self._done(lambda file: file.seek(place, origin))
 
     def tell(self) -> int:
         """The position."""
-        return self._place
+        return self._done(lambda file: file.tell())
 
     def truncate(self, size: int) -> int:
         """Cut or extend the file."""
-        self._try(lambda: self._file.truncate(size))
-        self._size = size
-        return size
+        return self._done(lambda file: file.truncate(size))
 
     def flush(self) -> None:
         """Nothing: the file is flushed when it is complete."""
 
-    def _try(self, action: Callable[[], object]) -> None:
-        if self.error is None:
-            try:
-                action()
-            except BaseException as error:
-                self.error = error
+    def _done(self, action: Callable[[Any], int]) -> int:
+        place = self._file.tell()
+        try:
+            return action(self._file)
+        except BaseException as error:
+            self.error = self.error or error
+            self._file.seek(0)
+            self._file = io.BytesIO(self._file.read())
+            self._file.seek(place)
+            return action(self._file)
 
 
 @contextmanager
@@ -160,8 +152,8 @@ def _interrupts_wait() -> Iterator[None]:
         signal.raise_signal(signal.SIGINT)
 
 
-def read(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """The arguments of the Run that a file holds; sizes and types are checked before anything is read."""
+def read(path: str | os.PathLike[str]) -> Stored:
+    """What a file holds; sizes and types are checked before anything is read."""
     _h5netcdf("Run.load()")
     import h5py
 
@@ -183,21 +175,22 @@ class _NotARun(Exception):
     """What is wrong with a file."""
 
 
-def _values(file: Any) -> dict[str, Any]:
+def _values(file: Any) -> Stored:
     """Arrays and labels of an open file."""
-    missing = [name for name in (*(entry.name for entry in FIELDS), "joint", "joint_unit") if not _has(file, name)]
+    texts = ("joint", "joint_unit", SCENARIO)
+    missing = [name for name in (*(entry.name for entry in FIELDS), *texts) if not _has(file, name)]
     if missing:
         raise _NotARun(f"without {', '.join(missing)}")
-    names, units = (_checked(file, name, None, "O") for name in ("joint", "joint_unit"))
-    time = _checked(file, "time", None, "f")
-    ticks, joints = len(time), len(names)
+    names, units = (_checked(file, name, None, "O") for name in texts[:2])
+    ticks, joints = len(_checked(file, "time", None, "f")), len(names)
     arrays = {entry.name: _checked(file, entry.name, entry.shape(ticks, joints), entry.kind) for entry in FIELDS}
-    return {
-        **{name: array[...] for name, array in arrays.items()},
-        "joint_names": tuple(str(name) for name in names.asstr()[...]),
-        "joint_units": tuple(str(unit) for unit in units.asstr()[...]),
-        "attrs": {name: _attribute(file.attrs, name) for name in file.attrs if not name.startswith(OF_NETCDF)},
-    }
+    return Stored(
+        {name: array[...] for name, array in arrays.items()},
+        tuple(str(name) for name in names.asstr()[...]),
+        tuple(str(unit) for unit in units.asstr()[...]),
+        _checked(file, SCENARIO, None, "S")[...].tobytes().decode(),
+        bool(_number(file.attrs, "interrupted")),
+    )
 
 
 def _has(file: Any, name: str) -> bool:
@@ -223,36 +216,32 @@ def _checked(file: Any, name: str, shape: tuple[int, ...] | None, kind: str) -> 
     return array
 
 
-def _attribute(attrs: Any, name: str) -> Any:
-    """An attribute as the Python number or text that was saved."""
-    if attrs.get_id(name).shape not in ((), (1,)):
-        raise _NotARun(f"with a list as {name}")
-    value = attrs[name]
-    value = value.item() if isinstance(value, np.generic | np.ndarray) else value
-    if not isinstance(value, str | int | float):
-        raise _NotARun(f"with {name} of type {type(value).__name__}")
-    return value
+def _number(attrs: Any, name: str) -> int:
+    """An attribute that is one integer."""
+    if name not in attrs or attrs.get_id(name).shape not in ((), (1,)) or attrs.get_id(name).dtype.kind not in "iu":
+        raise _NotARun(f"without a number as {name}")
+    return int(np.ravel(attrs[name])[0])
 
 
-def _fill(file: Any, run: Run) -> None:
+def _fill(file: Any, run: Run, scenario: str) -> None:
     """Write dimensions, variables and attributes into an open, empty file."""
     import h5py
 
     sizes = {axis: size or len(run.joint_names) for axis, size in AXES.items()}
     file.dimensions = {"time": len(run) or None, **sizes}  # a dimension of length 0 can only grow: None
-    for name, texts in _texts(run).items():
-        axis, long_name = LABELS[name]
+    texts = {"joint": run.joint_names, "joint_unit": run.joint_units, "component": TWIST_COMPONENTS}
+    for name, (axis, long_name) in LABELS.items():
         text = file.create_variable(name, (axis,), h5py.string_dtype())
-        text[...] = np.array(texts, dtype=object)
+        text[...] = np.array(texts[name], dtype=object)
         text.attrs["long_name"] = long_name
     for entry in FIELDS:
         variable = file.create_variable(entry.name, ("time", *entry.axes), entry.dtype, data=getattr(run, entry.name))
         variable.attrs.update(_attributes(entry, run.joint_units))
-    file.attrs.update(run.attrs)
-
-
-def _texts(run: Run) -> dict[str, tuple[str, ...]]:
-    return {"joint": run.joint_names, "joint_unit": run.joint_units, "component": TWIST_COMPONENTS}
+    letters = np.frombuffer(scenario.encode(), dtype="S1")
+    file.dimensions["letter"] = len(letters)
+    variable = file.create_variable(SCENARIO, ("letter",), letters.dtype, data=letters)
+    variable.attrs.update(ABOUT_SCENARIO)
+    file.attrs.update(_labels(run))
 
 
 def _attributes(entry: Field, joint_units: tuple[str, ...]) -> dict[str, Any]:
@@ -264,9 +253,9 @@ def _attributes(entry: Field, joint_units: tuple[str, ...]) -> dict[str, Any]:
         flags = [flag for flag in Status if flag]
         attributes["flag_masks"] = np.array([flag.value for flag in flags], dtype=np.int32)
         attributes["flag_meanings"] = " ".join(str(flag.name) for flag in flags)
-    if codes := CODES.get(entry.name):
-        attributes["flag_values"] = np.array(sorted(codes), dtype=np.int8)
-        attributes["flag_meanings"] = " ".join(codes[code] for code in sorted(codes))
+    if entry.meanings:
+        attributes["flag_values"] = np.array(sorted(entry.meanings), dtype=entry.dtype)
+        attributes["flag_meanings"] = " ".join(entry.meanings[code] for code in sorted(entry.meanings))
     return attributes
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from stillreach._door import FloatArray
-from stillreach.simulation.motion import TICK_TOLERANCE, checked_motion, commands
-from stillreach.simulation.path import Stretch, held_between, led_to, stretches
+from stillreach.simulation.motion import TICK_TOLERANCE, commands
+from stillreach.simulation.path import Stretch, held_between, led_to
 from stillreach.simulation.scenario import Scenario
 
 LEAST_SHARE = 1e-3
@@ -29,14 +29,11 @@ class Orders:
     """Ticks in a chunk, at most."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self._motion = checked_motion(scenario.motion)
+        self._plan = scenario.schedule
         self._period = scenario.period
         self.stages = 2 if scenario.integrator == "rk4" else 1
         """Orders a step."""
-        self.starts = scenario.part_starts()
-        """The tick from which on each part of the motion is commanded."""
-        self._target = scenario.task_pose(scenario.start)
-        self._stretches = stretches(self._motion, self.starts, self._period, self._target)
+        self._target = self._plan.T_start
 
     def chunk(self, first: int, end: int, *, last: bool) -> tuple[FloatArray, FloatArray]:
         """The orders at the stages of the steps from tick ``first`` to tick ``end``.
@@ -52,11 +49,11 @@ class Orders:
             Twists (K, 6) and poses (K, 4, 4) where the tool should be; K is 1 for the last tick, one a step for
             Euler's, and with the half steps and the end of the last step for Runge-Kutta.
         """
-        part = sum(start <= first for start in self.starts) - 1
+        part = self._plan.part(first)
         # the ends of the steps belong to the path, whether or not they are asked for
         stages = np.arange(self.stages * first, self.stages * end + 1, dtype=np.float64)
         count = 1 if last else len(stages) - (self.stages == 1)
-        stretch = self._stretches.get(part)
+        stretch = self._plan.stretches.get(part)
         if stretch is None:
             return self._free(part, stages * (self._period / self.stages), count, last)
         poses, twists = self._along(stretch, stages / self.stages)
@@ -70,10 +67,10 @@ class Orders:
 
     def _free(self, part: int, times: FloatArray, count: int, last: bool) -> tuple[FloatArray, FloatArray]:
         """Orders of held twists and functions, which lead on from wherever the motion is."""
-        twists = commands(self._motion, times[:count], part)
+        twists = commands(self._plan.motion, times[:count], part)
         if last:
             return twists, self._target[None]
-        poses = led_to(self._target, self._motion, part, times)
+        poses = led_to(self._target, self._plan.motion, part, times)
         self._target = poses[-1]
         return twists, np.ascontiguousarray(poses[:count])
 
@@ -99,11 +96,11 @@ class ArmOrders(Orders):
 
     def chunk(self, first: int, end: int, *, last: bool) -> tuple[FloatArray, FloatArray]:
         """The order of tick ``first``: the direction of what the arm is likely to do, at full speed."""
-        part, reach = self._part(), max(self._share, LEAST_SHARE)
+        part, reach = self._plan.part(self._now), max(self._share, LEAST_SHARE)
         self._reach = min(1.0, self._end(part) - self._now)
-        stretch = self._stretches.get(part)
+        stretch = self._plan.stretches.get(part)
         if stretch is None:
-            twists = commands(self._motion, np.array([self._now * self._period]), part) * self._reach
+            twists = commands(self._plan.motion, np.array([self._now * self._period]), part) * self._reach
         else:
             poses, _ = stretch.at(self._now + np.array([0.0, reach * self._reach]))
             self._target = poses[0]
@@ -112,20 +109,18 @@ class ArmOrders(Orders):
 
     def follow(self, tick: int, scale: float) -> float:
         """The path time [s] of the tick that was answered; the motion goes on by what it did of its order."""
-        part, before = self._part(), self._now
+        part, before = self._plan.part(self._now), self._now
         self._share, self._now = scale, before + scale * self._reach
         if self._end(part) - self._now < TICK_TOLERANCE:
             self._now = self._end(part)
-        stretch = self._stretches.get(part)
+        stretch = self._plan.stretches.get(part)
         if stretch is None:
             times = np.array([before, self._now]) * self._period
-            self._target = led_to(self._target, self._motion, part, times)[-1]
+            self._target = led_to(self._target, self._plan.motion, part, times)[-1]
         else:
             self._target = stretch.at(np.array([self._now]))[0][0]
         return before * self._period
 
-    def _part(self) -> int:
-        return sum(start <= self._now for start in self.starts) - 1
-
     def _end(self, part: int) -> float:
-        return float(self.starts[part + 1]) if part + 1 < len(self.starts) else np.inf
+        starts = self._plan.starts
+        return float(starts[part + 1]) if part + 1 < len(starts) else np.inf

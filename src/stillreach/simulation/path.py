@@ -10,14 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from stillreach import _door
 from stillreach._door import FloatArray
+from stillreach._rotations import exp, log
 from stillreach.errors import InputError
 from stillreach.simulation.course import Course, Plan
 from stillreach.simulation.motion import ConstantTwist, Motion, commands
-from stillreach.simulation.rotations import exp, log
 
 GAUSS = np.array([0.5 - np.sqrt(3.0) / 6.0, 0.5 + np.sqrt(3.0) / 6.0])
 """Nodes of the two-point rule on [0, 1]."""
@@ -29,12 +27,14 @@ class Stretch:
 
     Args:
         plan: the course from where it begins.
+        goal: the argument of the course that says where it leads.
         duration: its own [s].
         first, end: its first and last tick.
         period: time between ticks [s].
     """
 
     plan: Plan
+    goal: str
     duration: float
     first: int
     end: int
@@ -79,7 +79,7 @@ def stretches(
                 plan = part.plan(T_start)
             except InputError as error:
                 raise InputError(f"motion[{place}].{error.argument}", error.got, error.expected) from None
-            found[place] = Stretch(plan, part.duration, first, end, period)
+            found[place] = Stretch(plan, part.goal, part.duration, first, end, period)
             T_start = plan.at(np.array([part.duration]))[0][0]
     return found
 
@@ -88,25 +88,6 @@ def held_between(poses: FloatArray, period: float) -> FloatArray:
     """The twists (K, 6) that, each held for a period, lead from pose to pose of (K + 1, 4, 4)."""
     turns = poses[1:, :3, :3] @ np.swapaxes(poses[:-1, :3, :3], 1, 2)
     return np.hstack([np.diff(poses[:, :3, 3], axis=0), log(turns)]) / period
-
-
-def followed(T_start: npt.ArrayLike, twists: npt.ArrayLike, durations: npt.ArrayLike) -> FloatArray:
-    """The poses of a tool that follows held twists exactly, one after the other.
-
-    Args:
-        T_start: (4, 4) [m] pose at the start.
-        twists: (K, 6) [m/s, rad/s].
-        durations: (K,) or one for all [s] how long each is held.
-
-    Returns:
-        (K + 1, 4, 4) [m], the start first.
-
-    Raises:
-        InputError: a start that is not rigid, twists of another shape, or another number of durations.
-    """
-    held = _door.matrix("twists", twists, (None, 6))
-    times = _door.vector("durations", durations, len(held))
-    return _moved(_door.pose("T_start", T_start), held * times[:, None])
 
 
 def led_to(T_start: FloatArray, motion: Sequence[Motion], part: int, times: FloatArray) -> FloatArray:

@@ -9,8 +9,6 @@ import numpy as np
 from stillreach._door import FloatArray
 from stillreach.arm.outside import outside
 from stillreach.errors import InputError
-from stillreach.simulation.motion import checked_motion
-from stillreach.simulation.path import stretches
 
 if TYPE_CHECKING:
     from stillreach.simulation.scenario import Scenario
@@ -36,17 +34,15 @@ def goals_beyond_reach(scenario: Scenario) -> list[InputError]:
     reach = _reach(scenario)
     if not rows or not np.isfinite(reach):
         return []
-    motion = checked_motion(scenario.motion)
-    planned = stretches(motion, scenario.part_starts(), scenario.period, scenario.task_pose(scenario.start))
     found = []
-    for place, stretch in planned.items():
+    for place, stretch in scenario.schedule.stretches.items():
         points = stretch.plan.at(stretch.plan.knots)[0][:, rows, 3]
         far = float(np.max(np.linalg.norm(points, axis=1)))
         if far > reach * (1.0 + ROUNDING):
             along = "" if len(rows) == 3 else f" along {', '.join('xyz'[row] for row in rows)}"
             got = f"a point {far:.4g} m from the base{along}"
             expected = f"at most {reach:.4g} m, as far as the arm reaches; {ADVICE}"
-            found.append(InputError(f"motion[{place}].{motion[place].goal}", got, expected))  # type: ignore[union-attr]
+            found.append(InputError(f"motion[{place}].{stretch.goal}", got, expected))
     return found
 
 
@@ -59,7 +55,7 @@ def _seen(task: Task) -> list[int]:
 def _limits(scenario: Scenario) -> FloatArray:
     """(n, 2) position limits that hold in the scenario."""
     limits = scenario.position_limits
-    return scenario.arm.position_limits if limits is None else np.broadcast_to(limits, (scenario.arm.n, 2))
+    return scenario.arm.position_limits if limits is None else np.asarray(limits)
 
 
 def _reach(scenario: Scenario) -> float:

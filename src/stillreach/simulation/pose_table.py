@@ -5,16 +5,22 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
 from stillreach._door import FloatArray
+from stillreach._forms import Text
+from stillreach._kinds import Key
+from stillreach._messages import short
+from stillreach._packages import WHERE, file_at
+from stillreach._reading import Reading
+from stillreach._rotations import exp, from_quaternions, from_rpy, log
 from stillreach.errors import InputError
-from stillreach.simulation.course import Course, Legs, turned_and_shifted
+from stillreach.simulation.course import RELATIVE_KEY, Course, Legs, turned_and_shifted
 from stillreach.simulation.profile import RAMP
-from stillreach.simulation.rotations import exp, from_quaternions, from_rpy, log
 from stillreach.simulation.shapes import rising, set_fields
 from stillreach.simulation.table import read_table
 
@@ -38,8 +44,10 @@ class PoseTable(Course):
         relative: points are shifts and orientations are turns from the pose at the beginning, along base axes.
 
     Raises:
-        InputError: an argument is none of this.
+        InputError: if an argument is invalid.
     """
+
+    word = "pose-table"
 
     times: FloatArray
     points: FloatArray
@@ -68,11 +76,11 @@ class PoseTable(Course):
     @classmethod
     def from_csv(
         cls, path: str | os.PathLike[str], *, relative: bool = False, length: float = 1.0, angle: float = 1.0
-    ) -> PoseTable:
+    ) -> Self:
         """Read a table whose first line names its columns: time [s], x, y, z, and an attitude or none.
 
         An attitude is a quaternion (qw, qx, qy, qz), roll, pitch, yaw as URDF has them, or a rotation vector
-        (rx, ry, rz). The first line also tells what separates the columns: commas, semicolons, tabs, bars or spaces.
+        (rx, ry, rz). The first line also defines the separator: commas, semicolons, tabs, bars or spaces.
         Numbers may have a decimal comma where commas do not separate them.
 
         Args:
@@ -97,6 +105,23 @@ class PoseTable(Course):
             )
         points = rows[:, [place[name] for name in POSITION]] * length
         return cls(rows[:, place["time"]], points, orientations=turns, relative=relative)
+
+    @classmethod
+    def keys(cls) -> dict[str, Key]:
+        """Of a table in a file of its own."""
+        relative = RELATIVE_KEY["key"]
+        file = Key(Text(), f"A CSV file with columns {COLUMNS}, {WHERE}")
+        return {"file": file, "relative": Key(relative.form, relative.text, False)}
+
+    @classmethod
+    def read(cls, values: dict[str, Any], reading: Reading) -> Self:
+        """From that file."""
+        try:
+            path = file_at(values.pop("file"), reading.folder)
+            return cls.from_csv(path, **values, length=reading.length, angle=reading.angle)
+        except InputError as error:
+            name = "" if error.argument == "package" else f"{short(Path(error.argument).name)}: "
+            raise InputError("file", f"{name}{error.got}", error.expected) from None
 
     def plan(self, T_start: FloatArray) -> Legs:
         """The legs from a pose (4, 4) [m].

@@ -1,22 +1,16 @@
-"""The record of a simulation: arrays by name, one row for each tick."""
+"""A run: a scenario and the record of what happened in it, by name and tick."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from types import MappingProxyType
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-import numpy.typing as npt
-
-from stillreach import _door
-from stillreach._door import FloatArray
-from stillreach._files import file_name
 from stillreach.errors import InputError
-from stillreach.simulation.fields import FIELDS, RATE_UNITS, Field
-from stillreach.simulation.labels import Attribute
+from stillreach.simulation.record import FIELDS, Record
+from stillreach.simulation.scenario import Scenario
+from stillreach.simulation.summary import Summary, summary
+from stillreach.task import Task
 
 if TYPE_CHECKING:
     import xarray
@@ -24,69 +18,75 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Run:
-    """What happened in a simulation, tick by tick. Its arrays are read-only; T is the number of ticks, n of joints.
+class Run(Record):
+    """What ``simulate`` returns: a scenario, and what happened in it.
+
+    Its arrays by tick are those of ``Record``: time, q, rates, pose, target, command, residual, task_error, damping,
+    scale, status, lower, upper, health, active and path_time.
 
     Attributes:
-        time: (T,) [s].
-        path_time: (T,) [s] time along the motion at which the tick's command was taken: ``time``, or less where the
-            scenario's clock follows the arm.
-        q: (T, n) joint values at the tick [rad] or [m].
-        rates: (T, n) rates commanded at the tick [rad/s] or [m/s].
-        pose: (T, 4, 4) pose of the tool (with the task's tool) in the base frame [m].
-        target: (T, 4, 4) pose that the motion has led to at the tick: where the tool should be [m].
-        command: (T, 6) twist [v; w] asked of the law, feedback included [m/s, rad/s].
-        residual: (T, 6) that twist minus the one that the rates make [m/s, rad/s].
-        task_error: (T,) weighted norm of the residual.
-        damping: (T,) damping factor, in units of the weighted J Jᵀ.
-        scale: (T,) fraction of the commanded twist that was asked for.
-        status: (T,) bits of Status.
-        lower, upper: (T, n) bounds of the rates [rad/s] or [m/s].
-        health: (T, n) 0 healthy, 1 locked, 2 derated, 3 runaway.
-        active: (T, n) bound that each joint is at, as ``Solution.active``: 0 or a Reason, negative at the lower bound.
-        joint_names: (n,) names.
-        joint_units: (n,) unit of each joint's value, ``"rad"`` or ``"m"``.
-        attrs: labels, read-only: numbers and texts; ``law``, ``task``, ``faults`` and ``null_motion`` hold JSON.
+        scenario: what was run.
+        interrupted: Ctrl-C ended it early.
 
     Raises:
         InputError: an array of another type, or of another shape than the others imply; a code without a meaning.
     """
 
-    time: FloatArray
-    path_time: FloatArray
-    q: FloatArray
-    rates: FloatArray
-    pose: FloatArray
-    target: FloatArray
-    command: FloatArray
-    residual: FloatArray
-    task_error: FloatArray
-    damping: FloatArray
-    scale: FloatArray
-    status: npt.NDArray[np.int32]
-    lower: FloatArray
-    upper: FloatArray
-    health: npt.NDArray[np.int8]
-    active: npt.NDArray[np.int8]
-    joint_names: tuple[str, ...]
-    joint_units: tuple[str, ...]
-    attrs: Mapping[str, Attribute] = field(default_factory=dict)
+    scenario: Scenario
+    interrupted: bool = False
 
     def __post_init__(self) -> None:
-        n, ticks = len(self.joint_names), len(self.time)
-        if len(self.joint_units) != n:
-            raise InputError("joint_units", f"{len(self.joint_units)} units", f"one for each of {n} joints")
-        for unit in self.joint_units:
-            _door.choice("joint_units", unit, tuple(RATE_UNITS))
+        ticks = len(self.time)
+        if ticks > self.scenario.steps + 1:
+            raise InputError("time", f"{ticks} ticks", f"at most the {self.scenario.steps + 1} of the scenario")
         for entry in FIELDS:
-            array = _array(entry, getattr(self, entry.name))
-            if array.shape != entry.shape(ticks, n):
-                raise InputError(entry.name, f"shape {array.shape}", f"shape {entry.shape(ticks, n)}")
-            array.flags.writeable = False
+            array = entry.checked(getattr(self, entry.name), ticks, self.scenario.arm.n)
             object.__setattr__(self, entry.name, array)
-        object.__setattr__(self, "joint_names", tuple(self.joint_names))
-        object.__setattr__(self, "joint_units", tuple(self.joint_units))
-        object.__setattr__(self, "attrs", MappingProxyType(dict(self.attrs)))
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """(n,) names of the joints."""
+        return self.scenario.arm.joint_names
+
+    @property
+    def joint_units(self) -> tuple[str, ...]:
+        """(n,) unit of each joint's value, ``"rad"`` or ``"m"``."""
+        return self.scenario.arm.joint_units
+
+    @property
+    def task(self) -> Task:
+        """The task of the scenario."""
+        assert self.scenario.task is not None
+        return self.scenario.task
+
+    def summary(self, *, allowed_distance: float | None = None, allowed_angle: float | None = None) -> Summary:
+        """The run in a few numbers, and ``str()`` of it in words: did the tool arrive, and if not, why.
+
+        Args:
+            allowed_distance: [m] distance from the goal at which the tool has arrived; None: 1 % of the way, at least
+                1 mm.
+            allowed_angle: [rad] likewise; None: 1 % of the turn, at least 1 deg.
+
+        Raises:
+            InputError: the run has no tick.
+        """
+        if not len(self):
+            raise InputError("run", "no tick", "a run of at least one tick")
+        return summary(self, allowed_distance=allowed_distance, allowed_angle=allowed_angle)
+
+    def plot(self, found: Summary | None = None) -> Figure:
+        """A picture: the arm and the path of its tool, and over time how far off it was and what its joints did.
+
+        Args:
+            found: a summary of the run, whose verdict is written on it; None makes one.
+
+        Raises:
+            InputError: the run has no tick.
+            MissingExtraError: matplotlib is not installed (extra ``plot``).
+        """
+        from stillreach.show.outcome import outcome
+
+        return outcome(self, found)
 
     def to_xarray(self) -> xarray.Dataset:
         """The run as an xarray Dataset with named axes, units and long names (extra ``netcdf``).
@@ -101,24 +101,29 @@ class Run:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run to a netCDF file (extra ``netcdf``), or to a NumPy archive where the name ends with ``.npz``.
 
-        A file of that name is replaced whole or not at all, and keeps its permissions.
+        A file of that name is replaced whole or not at all, and keeps its permissions. Of a function in the scenario
+        the file holds the name.
 
         Args:
             path: the file, e.g. ``"run.nc"``; its folder must exist.
 
         Raises:
             MissingExtraError: h5netcdf or h5py is not installed.
-            InputError: the path is not a file's name, or a pipe, socket or device; a label that a file cannot hold.
+            InputError: the path is not a file's name, or a pipe, socket or device; the scenario has a law, motion or
+                null motion of a class that is not one of stillreach's.
             OSError: the file cannot be written.
         """
-        from stillreach.simulation import archive, netcdf
+        from stillreach.simulation.files import write
 
-        write = archive.write if file_name("path", path).endswith(archive.SUFFIX) else netcdf.write
         write(self, path)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Run:
         """Read a run from a file that ``save`` wrote: netCDF (extra ``netcdf``) or a NumPy archive.
+
+        The run is the one that was saved, with its scenario. Where that had a function, as its motion or as a gradient,
+        simulating it again raises InputError; summary and picture are the same (for a function as motion with
+        ``clock="arm"`` they raise InputError, too).
 
         Args:
             path: the file.
@@ -126,58 +131,22 @@ class Run:
         Raises:
             MissingExtraError: h5netcdf or h5py is not installed.
             InputError: the file is not a run.
-            FileNotFoundError: there is none.
+            FileNotFoundError: there is no such file.
         """
-        from stillreach.simulation import archive, netcdf
+        from stillreach.simulation.files import read
 
-        file_name("path", path)
-        values = archive.read(path) if archive.is_archive(path) else netcdf.read(path)
-        try:
-            return cls(**values)
-        except InputError as error:
-            raise InputError(
-                "path", f"{os.fspath(path)!r} with {error.argument}: {error.got}", netcdf.EXPECTED
-            ) from None
-
-    def plot(self) -> Figure:
-        """A figure of the run: angles, rates, tool, task error and damping over time (extra ``plot``).
-
-        Raises:
-            MissingExtraError: matplotlib is not installed.
-        """
-        from stillreach.show.plots import overview
-
-        return overview(self)
-
-    def __len__(self) -> int:
-        return len(self.time)
+        return read(path)
 
     def __repr__(self) -> str:
-        span = f", {self.time[0]:g} to {self.time[-1]:g} s" if len(self) else ""
-        return f"<Run {self.attrs.get('title', '')!r}: {len(self)} ticks{span}, {len(self.joint_names)} joints>"
+        of = self.scenario
+        interrupted = ", interrupted" if self.interrupted else ""
+        ticks = f"{len(self)} ticks of {1000 * of.period:g} ms"
+        return f"<Run {of.title!r}: {ticks}, {of.arm.name}, {type(of.law).__name__}{interrupted}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        values = {entry.name: getattr(self, entry.name) for entry in FIELDS}
-        values |= {"joint_names": self.joint_names, "joint_units": self.joint_units, "attrs": dict(self.attrs)}
-        return _rebuild, (values,)
+        return _rebuilt, ({**self.arrays(), "scenario": self.scenario, "interrupted": self.interrupted},)
 
 
-def _array(entry: Field, value: Any) -> npt.NDArray[Any]:
-    """A copy of an array in its type; InputError where that would change its numbers, or for unknown codes."""
-    expected = f"numbers of type {np.dtype(entry.dtype)}" + (
-        "" if entry.codes is None else f" from {entry.codes[0]} to {entry.codes[1]}"
-    )
-    try:
-        given = np.asarray(value)
-    except ValueError:
-        raise InputError(entry.name, _door.describe(value), expected) from None
-    if not np.can_cast(given.dtype, entry.dtype, "same_kind"):
-        raise InputError(entry.name, _door.describe(value), expected)
-    if entry.codes is not None and given.size and not (entry.codes[0] <= given.min() and given.max() <= entry.codes[1]):
-        raise InputError(entry.name, f"codes from {given.min()} to {given.max()}", expected)
-    return np.array(given, dtype=entry.dtype, order="C")
-
-
-def _rebuild(values: dict[str, Any]) -> Run:
+def _rebuilt(values: dict[str, Any]) -> Run:
     """Unpickle through the constructor: pickled arrays forget that they are read-only."""
     return Run(**values)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -13,14 +14,16 @@ from stillreach import _door
 from stillreach._door import FloatArray
 from stillreach.arm import Arm
 from stillreach.control import Controller
+from stillreach.control.controller import CONSTRUCTOR
+from stillreach.control.limits import track_limits
 from stillreach.errors import InputError
 from stillreach.faults import Fault
 from stillreach.laws import Law, LeastError
-from stillreach.null_motions import NullMotion
-from stillreach.simulation.fields import FIELDS
+from stillreach.null_motions import NullMotion, checked_null_motion
 from stillreach.simulation.motion import TICK_TOLERANCE, Motion, checked_motion, ends
-from stillreach.simulation.path import stretches
 from stillreach.simulation.plausible import goals_beyond_reach, start_outside
+from stillreach.simulation.record import row_bytes
+from stillreach.simulation.schedule import Schedule, schedule_of
 from stillreach.task import Task
 
 INTEGRATORS = ("euler", "rk4")
@@ -46,6 +49,8 @@ CONTROLLER_SETTINGS = (
 @dataclass(frozen=True, eq=False)
 class Scenario:
     """What ``simulate`` runs. Immutable; ``dataclasses.replace`` makes variants.
+
+    Attributes hold what was checked: parts of the motion and faults as tuples, limits as arrays for each joint.
 
     Args:
         arm: the arm.
@@ -80,7 +85,7 @@ class Scenario:
         description: what it shows, for readers; `stillreach run` prints its first paragraph.
 
     Raises:
-        InputError: an argument is none of this.
+        InputError: if an argument is invalid.
         UnknownJointError: a fault names a joint that the arm does not have.
     """
 
@@ -133,8 +138,8 @@ class Scenario:
             object.__setattr__(self, name, value)
         self._refuse_too_long()
         # what cannot be used is refused here and not in the middle of a program
-        self.controller()
-        stretches(checked_motion(self.motion), self.part_starts(), self.period, self.task_pose(self.start))
+        self._keep_checked(self.controller())
+        _ = self.schedule
         if not self.allow_outside:
             for error in [*start_outside(self), *goals_beyond_reach(self)]:
                 raise error
@@ -162,6 +167,16 @@ class Scenario:
         settings = {name: getattr(self, name) for name in CONTROLLER_SETTINGS}
         return Controller(self.arm, track_gain=self.track_gain, **settings)
 
+    @cached_property
+    def schedule(self) -> Schedule:
+        """The plan in ticks: parts of the motion, and changes of faults."""
+        return schedule_of(self)
+
+    @property
+    def title(self) -> str:
+        """Its name, or else its arm and law."""
+        return self.name or f"{self.arm.name} under {type(self.law).__name__}"
+
     def task_pose(self, q: FloatArray) -> FloatArray:
         """Pose of the task's point at joint values (n,), (4, 4) [m]."""
         T = self.arm.forward(q)
@@ -182,14 +197,21 @@ class Scenario:
             return self.steps + 1
         return max(0, int(np.ceil(ticks - _slack(ticks))))
 
-    def part_starts(self) -> list[int]:
-        """The tick from which on each part of the motion is commanded; one more for the rest after the last."""
-        return [0, *(self.tick_at(float(end)) for end in ends(checked_motion(self.motion)))]
+    def _keep_checked(self, controller: Controller) -> None:
+        """Limits and null motion as a controller has checked them: nobody else can change them."""
+        limits = {name: getattr(controller, name) for name in CONSTRUCTOR.values() if getattr(self, name) is not None}
+        settings = {
+            "null_motion": checked_null_motion(self.null_motion, self.arm.labels),
+            "track_limits": track_limits(self.track_limits),
+            "return_rate": float(self.return_rate),
+            "transition_rate": float(self.transition_rate),
+        }
+        for name, value in (limits | settings).items():
+            object.__setattr__(self, name, value)
 
     def _refuse_too_long(self) -> None:
         assert self.duration is not None
-        row = sum(field.row_bytes(self.arm.n) for field in FIELDS)
-        most = LARGEST_RECORD // row
+        most = LARGEST_RECORD // row_bytes(self.arm.n)
         ticks = self.duration / self.period
         if ticks > most:
             raise InputError(

@@ -3,20 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
 from stillreach._door import FloatArray
+from stillreach._forms import TIME, Either, Number, Word
+from stillreach._kinds import key
+from stillreach._lists import NOT_ALL_ZERO, RISING, List
+from stillreach._reading import Reading
+from stillreach._rotations import log, orientation
 from stillreach.errors import InputError
-from stillreach.simulation.course import Arc, Course, Legs, turned_and_shifted
-from stillreach.simulation.profile import RAMP, checked_profile
-from stillreach.simulation.rotations import log, orientation
+from stillreach.simulation.course import (
+    PROFILE_KEY,
+    RAMP_KEY,
+    RELATIVE_KEY,
+    Arc,
+    Course,
+    Legs,
+    turned_and_shifted,
+)
+from stillreach.simulation.orientation import ORIENTATION
+from stillreach.simulation.profile import PROFILES, RAMP, checked_profile
 
 ATTITUDES = ("keep", "follow")
+MOST_POINTS = 2000
+POINT = List(*[Number("length")] * 3)
+DURATION = key(TIME, "How long")
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,16 +51,25 @@ class Waypoints(Course):
         relative: points are shifts and orientations are turns from the pose at the beginning, along base axes.
 
     Raises:
-        InputError: an argument is none of this, or both or neither of times and duration are given.
+        InputError: if an argument is invalid, or not exactly one of times and duration is given.
     """
 
-    points: FloatArray
-    orientations: tuple[FloatArray | None, ...] | None
-    times: FloatArray | None
-    duration: float
-    profile: str
-    ramp: float
-    relative: bool
+    word = "waypoints"
+
+    points: FloatArray = field(metadata=key(List(POINT, most=MOST_POINTS), "The points"))
+    orientations: tuple[FloatArray | None, ...] | None = field(
+        metadata=key(
+            List(Either(ORIENTATION, Word("keep", none="keep")), least=0, most=MOST_POINTS),
+            'An attitude, or "keep", for each point',
+        )
+    )
+    times: FloatArray | None = field(
+        metadata=key(List(TIME, most=MOST_POINTS, check=RISING), "When each point is reached, since this motion began")
+    )
+    duration: float = field(metadata=key(TIME, "How long in all, in place of times"))
+    profile: str = field(metadata=key(Word(*PROFILES), "Speed on each leg; the last two stop at each point"))
+    ramp: float = field(metadata=RAMP_KEY)
+    relative: bool = field(metadata=RELATIVE_KEY)
 
     def __init__(
         self,
@@ -104,16 +129,18 @@ class Line(Course):
         relative: ``to`` is a shift and ``orientation`` a turn from the pose at the beginning, along base axes.
 
     Raises:
-        InputError: an argument is none of this.
+        InputError: if an argument is invalid.
     """
 
-    to: FloatArray | None
-    orientation: FloatArray | None
-    duration: float
-    profile: str
-    ramp: float
-    relative: bool
+    word = "line"
     goal = "to"
+
+    to: FloatArray | None = field(metadata=key(POINT, "The point; stays there if absent"))
+    orientation: FloatArray | None = field(metadata=key(ORIENTATION, "The attitude at the end; kept if absent"))
+    duration: float = field(metadata=DURATION)
+    profile: str = field(metadata=PROFILE_KEY)
+    ramp: float = field(metadata=RAMP_KEY)
+    relative: bool = field(metadata=RELATIVE_KEY)
 
     def __init__(
         self,
@@ -129,6 +156,13 @@ class Line(Course):
         turn = None if orientation is None else _turn("orientation", orientation)
         set_fields(self, to=point, orientation=turn, duration=_door.positive("duration", duration), relative=relative)
         _set_speed(self, profile, ramp)
+
+    @classmethod
+    def read(cls, values: dict[str, Any], reading: Reading) -> Self:
+        """From a file; there it leads somewhere."""
+        if "to" not in values and "orientation" not in values:
+            raise InputError("to", "missing key", "a point to go to, an orientation, or both")
+        return super().read(values, reading)
 
     def plan(self, T_start: FloatArray) -> Legs:
         """The one leg from a pose (4, 4) [m]."""
@@ -159,18 +193,24 @@ class Circle(Course):
         relative: ``centre`` is a shift from the point at the beginning, along base axes.
 
     Raises:
-        InputError: an argument is none of this.
+        InputError: if an argument is invalid.
     """
 
-    centre: FloatArray
-    axis: FloatArray
-    angle: float
-    duration: float
-    attitude: str
-    profile: str
-    ramp: float
-    relative: bool
+    word = "circle"
     goal = "centre"
+
+    centre: FloatArray = field(metadata=key(POINT, "A point on the axis"))
+    axis: FloatArray = field(
+        metadata=key(
+            List(*[Number()] * 3, check=NOT_ALL_ZERO), "Direction of the axis; the turn is right-handed about it"
+        )
+    )
+    angle: float = field(metadata=key(Number("angle"), "How far; once round if absent"))
+    duration: float = field(metadata=DURATION)
+    attitude: str = field(metadata=key(Word(*ATTITUDES), "Whether the tool turns with the circle"))
+    profile: str = field(metadata=PROFILE_KEY)
+    ramp: float = field(metadata=RAMP_KEY)
+    relative: bool = field(metadata=RELATIVE_KEY)
 
     def __init__(
         self,

@@ -7,11 +7,10 @@ import time
 import numpy as np
 
 from stillreach.errors import SimulationInterrupted
-from stillreach.simulation.events import fault_changes
-from stillreach.simulation.fields import empty_record
-from stillreach.simulation.labels import run_attributes
+from stillreach.simulation.document import check_whole
 from stillreach.simulation.orders import orders_of
 from stillreach.simulation.progress import Progress
+from stillreach.simulation.record import empty_record
 from stillreach.simulation.run import Run
 from stillreach.simulation.scenario import Scenario
 
@@ -35,7 +34,8 @@ def simulate(scenario: Scenario, *, progress: bool | None = None) -> Run:
 
     Raises:
         SimulationInterrupted: Ctrl-C; ``.run`` of the error holds every tick computed so far.
-        InputError: a function of time in the motion answered with something else than 6 finite numbers.
+        InputError: a function of time in the motion answered with something else than 6 finite numbers; a scenario
+            that was read from a record, which held no function.
     """
     simulation = _Simulation(scenario)
     try:
@@ -54,6 +54,7 @@ class _Simulation:
     """The state of a simulation between two chunks."""
 
     def __init__(self, scenario: Scenario) -> None:
+        check_whole(scenario)
         self.scenario = scenario
         self.ticks = scenario.steps + 1
         self.controller = scenario.controller()
@@ -62,7 +63,7 @@ class _Simulation:
             self.record[name][:] = np.arange(self.ticks) * scenario.period
         self.record["status"][:] = NOT_COMPUTED
         self.q = scenario.start.copy()
-        self.changes = fault_changes(scenario)
+        self.plan = scenario.schedule
         self.orders = orders_of(scenario)
         self.chunk = FIRST_CHUNK
         self.tick = 0
@@ -75,7 +76,7 @@ class _Simulation:
 
     def advance(self) -> None:
         """One chunk, up to the next change of faults or motion; the tick at the final state is one of its own."""
-        self._change_faults()
+        self.plan.change_faults(self.controller, self.tick)
         first, end = self.tick, self._chunk_end()
         last = first == self.ticks - 1
         began = time.perf_counter()
@@ -93,22 +94,10 @@ class _Simulation:
     def run(self, *, interrupted: bool = False) -> Run:
         """What was computed so far."""
         rows = {name: array[: self.done] for name, array in self.record.items()}
-        return Run(
-            **rows,
-            joint_names=self.scenario.arm.joint_names,
-            joint_units=tuple("m" if kind else "rad" for kind in self.scenario.arm.kinds),
-            attrs=run_attributes(self.scenario, interrupted=interrupted),
-        )
-
-    def _change_faults(self) -> None:
-        for joint, kind in self.changes.get(self.tick, ()):
-            if kind is None:
-                self.controller.restore(joint)
-            else:
-                self.controller.fail(joint, kind)
+        return Run(scenario=self.scenario, interrupted=interrupted, **rows)
 
     def _chunk_end(self) -> int:
-        breaks = (*self.changes, *self.orders.starts, self.ticks - 1, self.ticks)
+        breaks = (*self.plan.changes, *self.plan.starts, self.ticks - 1, self.ticks)
         ticks = int(min(self.chunk, self.orders.longest))
         return min(self.tick + ticks, *(tick for tick in breaks if tick > self.tick))
 

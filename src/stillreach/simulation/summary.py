@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stillreach._door import FloatArray
-from stillreach.simulation.ability import lost_directions
-from stillreach.simulation.commanded import beside_path, commanded, deviation, off_goal
-from stillreach.simulation.held import has_rate_limits, held_back, rate_shares
-from stillreach.simulation.run import Run
-from stillreach.simulation.scenario import Scenario
+from stillreach._words import aligned
+from stillreach.arm.dexterity import directions, full_rates, least_speeds
+from stillreach.simulation.account import account
+from stillreach.simulation.commanded import beside_path, commanded_in, deviation, off_goal
+from stillreach.simulation.held import held_back, rate_shares
 from stillreach.simulation.why import Why, why_missed
 from stillreach.status import Status
+
+if TYPE_CHECKING:
+    from stillreach.simulation.run import Run
 
 POSITION_SHARE, ANGLE_SHARE = 0.01, 0.01
 """A tool has arrived when it ends this near to its goal, relative to the whole way and the whole turn,"""
@@ -31,13 +35,13 @@ class Peak:
 
 @dataclass(frozen=True)
 class Summary:
-    """What ``summary`` found.
+    """A run in a few numbers; ``str()`` of it is the same in words.
 
     Args:
+        run: what it is a summary of.
         finished: the run is whole and the tool ends at its goal: neither distance is above what is allowed.
-        interrupted: Ctrl-C ended the run early.
         end: [s] time of the last tick.
-        linear, angular: whether the task has rows in [m/s], in [rad/s]; what it has not is 0 below.
+        linear, angular: whether the task has rows in [m/s], in [rad/s]; missing parts are 0.
         goal_distance, goal_angle: from the tool to where it should be at the end [m, rad], in the rows of the task.
         allowed_distance, allowed_angle: how much of these still counts as arrived [m, rad].
         way, turn: length and angle of the commanded motion [m, rad].
@@ -57,8 +61,8 @@ class Summary:
         why: why the tool did not arrive; None where it did, or where Ctrl-C ended the run.
     """
 
+    run: Run = field(repr=False)
     finished: bool
-    interrupted: bool
     end: float
     linear: bool
     angular: bool
@@ -74,13 +78,16 @@ class Summary:
     beside: float
     task_error: Peak
     rate: Peak | None
-    rate_joint: str | None
+    rate_joint: str
     rate_value: float
     statuses: dict[str, float]
     held: dict[str, dict[str, float]]
     singular_values: FloatArray
     lost: FloatArray
     why: Why | None
+
+    def __str__(self) -> str:
+        return f"{self.run.scenario.title}\n{aligned(account(self))}"
 
     @property
     def longest(self) -> tuple[str, str, float] | None:
@@ -92,31 +99,22 @@ class Summary:
         return joint, bound, time
 
 
-def summary(
-    scenario: Scenario, run: Run, *, allowed_distance: float | None = None, allowed_angle: float | None = None
-) -> Summary:
-    """A run of a scenario in a few numbers.
-
-    Args:
-        scenario: what was run.
-        run: what happened; at least one tick.
-        allowed_distance: [m] how far from its goal a tool has arrived; None: 1 % of the way, at least 1 mm.
-        allowed_angle: [rad] likewise; None: 1 % of the turn, at least 1 deg.
-    """
-    rows = scenario.task.indices if scenario.task is not None else range(6)
-    goal = commanded(scenario)
+def summary(run: Run, *, allowed_distance: float | None, allowed_angle: float | None) -> Summary:
+    """The summary of a run of at least one tick; arguments as of ``Run.summary``."""
+    rows, scenario = run.task.indices, run.scenario
+    goal = commanded_in(run)
     way, turn = goal.length()
-    shift, angle = deviation(scenario, run)
+    shift, angle = deviation(run)
     near = max(POSITION_SHARE * way, POSITION_FLOOR) if allowed_distance is None else allowed_distance
     turned = max(ANGLE_SHARE * turn, ANGLE_FLOOR) if allowed_angle is None else allowed_angle
-    rate, joint, value = _largest_rate(scenario, run)
-    sigma, lost = _left_at_end(scenario, run)
-    ends = (float(shift[-1]), float(angle[-1])) if scenario.clock == "time" else off_goal(scenario, run, goal)
+    rate, joint, value = _largest_rate(run)
+    sigma, lost = _left_at_end(run)
+    ends = (float(shift[-1]), float(angle[-1])) if scenario.clock == "time" else off_goal(run, goal)
     whole = len(run) > scenario.steps
     finished = whole and ends[0] <= near and ends[1] <= turned
     return Summary(
+        run=run,
         finished=finished,
-        interrupted=bool(run.attrs.get("interrupted", 0)),
         end=float(run.time[-1]),
         linear=min(rows) < 3,
         angular=max(rows) >= 3,
@@ -129,16 +127,16 @@ def summary(
         distance=_peak(run.time, shift),
         angle=_peak(run.time, angle),
         gave_way=("position",) * bool(np.max(shift) > near) + ("orientation",) * bool(np.max(angle) > turned),
-        beside=beside_path(scenario, run, goal),
+        beside=beside_path(run, goal),
         task_error=_peak(run.time, run.task_error),
         rate=rate,
         rate_joint=joint,
         rate_value=value,
         statuses=status_shares(run),
-        held=held_back(run, scenario.period),
+        held=held_back(run),
         singular_values=sigma,
         lost=lost,
-        why=why_missed(scenario, run) if whole and not finished else None,
+        why=why_missed(run) if whole and not finished else None,
     )
 
 
@@ -154,24 +152,29 @@ def _peak(time: FloatArray, values: FloatArray) -> Peak:
     return Peak(float(values[place]), float(time[place]))
 
 
-def _largest_rate(scenario: Scenario, run: Run) -> tuple[Peak | None, str | None, float]:
+def _largest_rate(run: Run) -> tuple[Peak | None, str, float]:
     """The largest rate against its limit; else against the others."""
-    share = rate_shares(scenario, run)
-    limited = bool(np.any(share)) or (not np.any(run.rates) and has_rate_limits(scenario))
+    share = rate_shares(run)
+    has_limits = np.any(np.isfinite(run.scenario.controller().velocity_limits))
+    limited = bool(np.any(share)) or bool(has_limits and not np.any(run.rates))
     tick, joint = np.unravel_index(np.argmax(share if limited else np.abs(run.rates)), share.shape)
     peak = Peak(float(share[tick, joint]), float(run.time[tick])) if limited else None
     return peak, run.joint_names[joint], float(run.rates[tick, joint])
 
 
-def _left_at_end(scenario: Scenario, run: Run) -> tuple[FloatArray, FloatArray]:
+def _left_at_end(run: Run) -> tuple[FloatArray, FloatArray]:
     """Singular values of the working joints at the end, and the directions that are lost there.
 
     Without acceleration limits, which leave a joint little at one tick and everything at a later one.
     """
-    controller = replace(scenario, acceleration_limits=np.inf).controller()
-    for fault in sorted(scenario.faults, key=lambda fault: fault.at):  # of two on one joint the later holds
-        if fault.at <= run.time[-1] and (fault.until is None or fault.until > run.time[-1]):
-            controller.fail(fault.joint, fault.kind)
+    controller = run.scenario.controller()
+    controller.set_limits(acceleration=np.inf)
+    controller.set_null_motion(None)
+    plan = run.scenario.schedule
+    for tick in sorted(tick for tick in plan.changes if tick < len(run)):
+        plan.change_faults(controller, tick)
     out = controller.step(run.q[-1], np.zeros(6))
     J, lower, upper = np.asarray(out.jacobian), np.asarray(out.lower), np.asarray(out.upper)
-    return np.asarray(out.singular_values()), lost_directions(J, lower, upper, controller.task.indices)
+    rates = np.where(lower < upper, full_rates(np.maximum(np.abs(lower), np.abs(upper))), 0.0)
+    lost = directions(J * rates, least_speeds(run.task.indices)).lost
+    return np.asarray(out.singular_values()), np.ascontiguousarray(lost.T)

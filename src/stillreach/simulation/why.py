@@ -7,18 +7,19 @@ plane that no rates inside the bounds cross, so the largest motion along it is k
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stillreach._door import FloatArray
+from stillreach._words import direction as in_words
 from stillreach.batch import BatchSolution, solve_batch
 from stillreach.laws import KeepDirection, Law, LeastError
-from stillreach.simulation.ability import in_words, most_along
 from stillreach.simulation.commanded import in_axes
-from stillreach.simulation.run import Run
-from stillreach.simulation.scenario import Scenario
 from stillreach.task import UNIT_WEIGHTS, Task
+
+if TYPE_CHECKING:
+    from stillreach.simulation.run import Run
 
 MISSED = 0.01
 """A tick misses its command where more than this part of it is left undone,"""
@@ -28,6 +29,8 @@ HARDLY = 0.1
 """An arm can hardly move along a direction where it can do at most this part of what is commanded along it."""
 GAP = 0.02
 """Stretches of ticks that are nearer to each other, relative to the whole run, are one."""
+ROUNDING = 1e-9
+"""Relative; a joint that pushes less along a direction does not push."""
 
 
 @dataclass(frozen=True)
@@ -55,9 +58,9 @@ class Why:
     instead: str | None = None
 
 
-def why_missed(scenario: Scenario, run: Run) -> Why:
+def why_missed(run: Run) -> Why:
     """Why the tool of a whole run did not arrive."""
-    misses = _Misses(scenario, run)
+    misses, scenario = _Misses(run), run.scenario
     stretch = misses.main(misses.impossible)
     if stretch is not None:
         return _impossible(misses, stretch)
@@ -73,16 +76,17 @@ def why_missed(scenario: Scenario, run: Run) -> Why:
 class _Misses:
     """What each tick of a run left undone, and what of it was not possible."""
 
-    def __init__(self, scenario: Scenario, run: Run) -> None:
-        controller = scenario.controller()
-        self.scenario, self.run, self.task, self.weights = scenario, run, controller.task, controller.law.weights
+    def __init__(self, run: Run) -> None:
+        controller = run.scenario.controller()
+        controller.set_null_motion(None)
+        self.run, self.task, self.weights = run, controller.task, controller.law.weights
         self.best = LeastError(price=None, weights=self.weights)
-        self.row_weights = np.asarray(controller.step(scenario.start, np.zeros(6)).row_weights)
-        wanted = in_axes(scenario, run.command, run.pose)[:, self.task.indices]
+        self.row_weights = np.asarray(controller.step(run.scenario.start, np.zeros(6)).row_weights)
+        wanted = in_axes(self.task, run.command, run.pose)[:, self.task.indices]
         self.wanted = wanted @ self.row_weights.T
         """(T, m) the command in weighted units,"""
         left = solve_batch(
-            scenario.arm, self.best, run.q, run.command, (run.lower, run.upper), task=self.task, want="residual"
+            run.scenario.arm, self.best, run.q, run.command, (run.lower, run.upper), task=self.task, want="residual"
         ).residual
         self.left = np.asarray(left) @ self.row_weights.T
         """and what the best rates leave undone of it."""
@@ -117,7 +121,7 @@ class _Misses:
         run = self.run
         normal = self.row_weights.T @ self.left[tick]
         J = np.asarray(self.again(tick, self.best, self.task, "jacobian").jacobian)[0]
-        most = most_along(J, run.lower[tick], run.upper[tick], normal)
+        most = _most_along(J, run.lower[tick], run.upper[tick], normal)
         asked = float(self.left[tick] @ self.wanted[tick])
         units = self.weights or self.task.weights or UNIT_WEIGHTS
         direction = normal * np.where(np.less(self.task.indices, 3), units.length, units.angle)
@@ -128,7 +132,7 @@ class _Misses:
         """The answer to a tick of the run from another law, or for another task."""
         run, one = self.run, slice(tick, tick + 1)
         bounds = (run.lower[one], run.upper[one])
-        return solve_batch(self.scenario.arm, law, run.q[one], run.command[one], bounds, task=task, want=want)
+        return solve_batch(run.scenario.arm, law, run.q[one], run.command[one], bounds, task=task, want=want)
 
     @property
     def _gap(self) -> int:
@@ -141,6 +145,13 @@ class _Misses:
         breaks = np.flatnonzero(np.diff(places) > self._gap)
         firsts, lasts = np.append(places[0], places[breaks + 1]), np.append(places[breaks], places[-1])
         return list(zip(firsts.tolist(), lasts.tolist(), strict=True))
+
+
+def _most_along(J: FloatArray, lower: FloatArray, upper: FloatArray, direction: FloatArray) -> float:
+    """The largest direction · (J rates), direction (m,), of all rates between lower and upper (n,)."""
+    push = direction @ J
+    pushes = np.abs(push) > ROUNDING * np.linalg.norm(J, axis=0) * np.linalg.norm(direction)
+    return float(np.sum(push[pushes] * np.where(push > 0.0, upper, lower)[pushes]))
 
 
 def _impossible(misses: _Misses, stretch: tuple[int, int]) -> Why:
@@ -160,7 +171,7 @@ def _impossible(misses: _Misses, stretch: tuple[int, int]) -> Why:
     text = _limited(since, until, _along(misses, direction), possible)
     text += _could(instead, slower, until is not None)
     if until is not None:
-        text += "; in open loop nothing makes up for it" if misses.scenario.loop == "open" else ""
+        text += "; in open loop nothing makes up for it" if misses.run.scenario.loop == "open" else ""
     return Why(text, since, until, float(misses.run.time[tick]), direction, possible, instead)
 
 
@@ -195,7 +206,7 @@ def _given_up(misses: _Misses, stretch: tuple[int, int]) -> Why:
     """The bounds allowed the command, and the law did less."""
     since, until = float(misses.run.time[stretch[0]]), misses.ends(stretch)
     tick = stretch[0] + int(np.argmax(misses.run.task_error[stretch[0] : stretch[1] + 1]))
-    leaves = f"{type(misses.scenario.law).__name__} {'leaves' if until is None else 'left'}"
+    leaves = f"{type(misses.run.scenario.law).__name__} {'leaves' if until is None else 'left'}"
     share = f"up to {100 * misses.share[tick]:.3g} % of the commanded twist"
     text = f"{_when(since, until)} {leaves} {share} undone, which rates inside the bounds could do"
     return Why(text, since, until, float(misses.run.time[tick]))
@@ -207,7 +218,7 @@ def _instead(misses: _Misses, tick: int) -> tuple[str | None, float]:
     scale = float(_number(misses.again(tick, KeepDirection(weights=misses.weights), task, "scale").scale))
     if HARDLY <= scale < 1.0:
         return "slower", scale
-    wanted = in_axes(misses.scenario, misses.run.command[tick : tick + 1], misses.run.pose[tick : tick + 1])[0]
+    wanted = in_axes(task, misses.run.command[tick : tick + 1], misses.run.pose[tick : tick + 1])[0]
     parts = {"position": [row for row in task.indices if row < 3], "orientation": [r for r in task.indices if r >= 3]}
     for name, rows in parts.items():
         size = float(np.linalg.norm(wanted[rows]))

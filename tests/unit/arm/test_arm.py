@@ -33,7 +33,7 @@ def test_what_the_joints_say_as_arrays():
 def test_joints_without_a_name_are_numbered_by_place():
     joints = [sr.Joint(), sr.Joint(name="elbow"), sr.Joint()]
     assert sr.Arm(joints).joint_names == ("j1", "elbow", "j3")
-    assert sr.Arm(iter(joints)).joints == sr.Arm.from_joints(joints).joints
+    assert sr.Arm(iter(joints)).joints == sr.Arm(joints).joints
 
 
 def test_reach_is_what_a_stretched_arm_attains():

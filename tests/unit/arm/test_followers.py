@@ -236,7 +236,7 @@ def test_wrong_followers_are_refused():
     ):
         with pytest.raises(sr.InputError, match="followers"):
             sr.Arm([j], followers=followers)
-    with pytest.raises(sr.InputError, match="leader of 'k': got 'i', expected one of 'j'"):
+    with pytest.raises(sr.InputError, match="leader of 'k': got 'i', expected 'j'"):
         sr.Arm([j], followers=[sr.Follower(k, leader="i", place=1)])
     for wrong in ({"place": -1}, {"multiplier": np.inf}, {"offset": "1"}, {"leader": 3}):
         with pytest.raises(sr.InputError):

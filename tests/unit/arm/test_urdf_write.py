@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stillreach as sr
-from stillreach.arm.urdf_write import roll_pitch_yaw
+from stillreach._rotations import rpy
 from tests.unit.arm.coupled_arms import coupled
 from tests.unit.arm.file_peer import Peer
 from tests.unit.arm.literal_kinematics import rotation
@@ -58,7 +58,7 @@ def test_three_angles_explain_any_rotation(pitch):
     for roll, yaw in np.random.default_rng(6).uniform(-np.pi, np.pi, (20, 2)):
         T = np.eye(4)
         T[:3, :3] = rotation(z, yaw) @ rotation(y, pitch) @ rotation(x, roll)
-        again = roll_pitch_yaw(T)
+        again = rpy(T[:3, :3])
         R = rotation(z, again[2]) @ rotation(y, again[1]) @ rotation(x, again[0])
         assert np.max(np.abs(R - T[:3, :3])) <= 1e-15
 

@@ -1,12 +1,11 @@
-"""Commands run in this process, as `stillreach` in a shell runs them."""
+"""Commands in a folder with two scenarios."""
 
-import sys
 from collections.abc import Callable
-from typing import NamedTuple
+from functools import partial
 
 import pytest
 
-from stillreach.cli import main
+from tests.commands import Answer, run_command
 
 REACH = """
 name = "reach"
@@ -24,25 +23,11 @@ TOO_FAR = REACH.replace("[-0.1, 0, 0", "[0, 0, 5").replace('"reach"', '"too far"
 """One that no law can: 10 m up."""
 
 
-class Answer(NamedTuple):
-    code: int
-    out: str
-    err: str
-
-
 @pytest.fixture
-def stillreach(monkeypatch, capsys, tmp_path) -> Callable[..., Answer]:
+def stillreach(monkeypatch, tmp_path) -> Callable[..., Answer]:
     """Runs a command in an empty folder that holds reach.toml and too-far.toml."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
     (tmp_path / "reach.toml").write_text(REACH, encoding="utf-8")
     (tmp_path / "too-far.toml").write_text(TOO_FAR, encoding="utf-8")
-
-    def call(*arguments: object) -> Answer:
-        monkeypatch.setattr(sys, "argv", ["stillreach", *map(str, arguments)])
-        with pytest.raises(SystemExit) as done:
-            main()
-        printed = capsys.readouterr()
-        return Answer(int(done.value.code or 0), printed.out, printed.err)
-
-    return call
+    return partial(run_command, columns=None)

@@ -1,4 +1,4 @@
-"""What `stillreach inspect` tells of an arm, against plain linear algebra."""
+"""What `stillreach inspect` prints of an arm."""
 
 import io
 import json
@@ -10,117 +10,8 @@ import numpy as np
 import pytest
 
 import stillreach as sr
-from stillreach.cli._locks import Gauge, direction, insight, locks, survey
-from stillreach.cli._robots import BUILT_IN, built_in
+from tests.unit.arm.test_losses import elbow_arm
 from tests.unit.arm.urdf_texts import joint, robot
-
-
-def manipulability(J):
-    return np.prod(np.linalg.svd(J, compute_uv=False))
-
-
-@pytest.mark.parametrize("name", ["canadarm2", "nasa_modular", "snake9"])
-def test_what_is_left_without_a_joint_is_the_ratio_of_manipulabilities(name):
-    arm = built_in(name).with_limits(velocity=1.0)
-    for q in np.random.default_rng(3).uniform(-2.0, 2.0, (20, arm.n)):
-        J = arm.jacobian(q)
-        for i, lock in enumerate(locks(arm, q)):
-            rest = np.delete(J, i, axis=1)
-            assert lock.manipulability == pytest.approx(manipulability(rest) / manipulability(J), abs=1e-9)
-            np.testing.assert_allclose(lock.singular_values, np.linalg.svd(rest, compute_uv=False), atol=1e-12)
-            assert len(lock.lost) == 0
-
-
-def test_a_planar_arm_of_three_joints_loses_a_direction_with_each():
-    arm = sr.arms.planar(3)
-    q = np.deg2rad([10.0, 60.0, 120.0])
-    J = arm.jacobian(q)
-    for i, lock in enumerate(locks(arm, q)):
-        assert lock.manipulability == 0.0
-        assert lock.lost.shape == (1, 6)
-        lost = lock.lost[0]
-        assert np.linalg.norm(lost) == pytest.approx(1.0)
-        np.testing.assert_allclose(lost @ np.delete(J, i, axis=1), 0.0, atol=1e-12)
-        assert abs(lost @ J[:, i]) > 1e-3  # the whole arm served it
-
-
-def elbow_arm(right_angle=np.pi / 2):
-    """Spherical shoulder, elbow, spherical wrist, with right angles as a file writes them."""
-    shoulder = [sr.DHRow(alpha=-right_angle), sr.DHRow(alpha=right_angle), sr.DHRow(d=0.4, alpha=-right_angle)]
-    wrist = [sr.DHRow(d=0.4, alpha=right_angle), sr.DHRow(alpha=-right_angle), sr.DHRow()]
-    return sr.Arm.from_dh([*shoulder, sr.DHRow(alpha=right_angle), *wrist])
-
-
-RIGHT_ANGLES = pytest.mark.parametrize("right_angle", [np.pi / 2, 1.5708, 1.571])
-Q = [0.3, -0.9, 0.5, 1.4, -0.7, 1.1, 0.2]
-
-
-@RIGHT_ANGLES
-def test_an_arm_with_a_spherical_shoulder_and_wrist_never_has_its_elbow_to_spare(right_angle):
-    left = survey(elbow_arm(right_angle)).typical
-    assert left[3] == 0.0
-    assert np.all(np.delete(left, 3) > 0.01)
-
-
-@RIGHT_ANGLES
-def test_rounding_in_a_file_is_not_motion(right_angle):
-    """The direction is that of the exact arm: the forces through shoulder and wrist, along the line between them."""
-    lost = locks(elbow_arm(right_angle), np.array(Q))[3].lost
-    wrist = elbow_arm().forward(Q)[:3, 3]
-    expected = np.concatenate([wrist / np.linalg.norm(wrist), np.zeros(3)])
-    assert lost.shape == (1, 6)
-    assert abs(lost[0] @ expected) == pytest.approx(1.0, abs=1e-4)
-
-
-def test_what_counts_as_lost_is_what_full_rates_give():
-    """Two slides along x: without the faster one the slower one is left."""
-    slides = [
-        sr.Joint(name="fast", kind="prismatic", axis=[1, 0, 0]),
-        sr.Joint(name="slow", kind="prismatic", axis=[1, 0, 0]),
-    ]
-    for slow, lost in ((0.9e-3, 1), (1.1e-3, 0)):
-        arm = sr.Arm(slides).with_limits(velocity=[0.5, slow])
-        assert len(locks(arm, np.zeros(2))[0].lost) == lost
-        assert len(locks(arm, np.zeros(2), Gauge(speed=slow / 2))[0].lost) == 0
-        assert len(locks(arm, np.zeros(2), Gauge(speed=2 * slow))[0].lost) == 1
-        assert len(locks(arm, np.zeros(2))[1].lost) == 0
-
-
-@pytest.mark.parametrize(("limit", "lost"), [(0.09, 1), (0.11, 0), (np.inf, 0)])
-def test_a_turn_counts_from_a_tenth_of_a_degree_a_second(limit, lost):
-    turns = [sr.Joint(name="a", axis=[0, 0, 1]), sr.Joint(name="b", axis=[0, 0, 1])]
-    arm = sr.Arm(turns).with_limits(velocity=[1.0, np.deg2rad(limit)])
-    found = locks(arm, np.zeros(2), Gauge(task=sr.Task(rows="orientation")))
-    assert [len(lock.lost) for lock in found] == [lost, 0]
-
-
-def test_a_joint_that_cannot_move_takes_nothing_away():
-    arm = sr.arms.planar(4).with_limits(velocity=[1.0, 1.0, 1.0, 0.0])
-    task = Gauge(task=sr.Task(rows="position"))
-    found = locks(arm, np.array([0.3, 0.8, -0.5, 0.9]), task)
-    assert found[3].manipulability == pytest.approx(1.0)
-    whole = locks(sr.arms.planar(4), np.array([0.3, 0.8, -0.5, 0.9]), task)
-    assert found[0].manipulability < whole[0].manipulability
-
-
-@pytest.mark.parametrize("frame", ["base", "tool"])
-def test_a_task_of_fewer_rows_loses_less(frame):
-    arm, q = sr.arms.canadarm2(), np.array([0.3, 0.8, -0.5, 0.9, 0.4, -0.7, 0.2])
-    R = arm.forward(q)[:3, :3] if frame == "tool" else np.eye(3)
-    J = (R.T @ arm.jacobian(q)[:3])[[0, 2]]
-    gauge = Gauge(task=sr.Task(rows=[True, False, True, False, False, False], frame=frame))
-    for i, lock in enumerate(locks(arm, q, gauge)):
-        rest = np.delete(J, i, axis=1)
-        assert lock.manipulability == pytest.approx(manipulability(rest) / manipulability(J), abs=1e-9)
-        assert lock.rank == 2
-
-
-def test_the_default_pose_is_the_most_dexterous_of_a_sample():
-    arm = sr.arms.canadarm2()  # all joints have the same rate limit
-    best = survey(arm).best
-    lower, upper = arm.position_limits.T
-    sample = np.random.default_rng(1994).uniform(lower, upper, (200, 7))
-    np.testing.assert_array_equal(best, max(sample, key=lambda q: manipulability(arm.jacobian(q))))
 
 
 def test_the_verdict_names_the_joint_that_can_be_spared_least(stillreach, tmp_path):
@@ -158,23 +49,6 @@ def test_options_say_what_the_task_is_and_what_counts(stillreach):
     assert "can move in 2 of 3 directions" in printed
 
 
-def test_a_little_that_is_left_is_not_called_nothing():
-    """2 mm/s of 20 m/s: not lost, and not 0 %."""
-    slides = [sr.Joint(name="fast", kind="prismatic", axis=[1, 0, 0]), sr.Joint(name="turn", axis=[0, 0, 1])]
-    tool = np.eye(4)
-    tool[1, 3] = 1e-3
-    arm = sr.Arm(slides, tool=tool).with_limits(velocity=[20.0, 2.0])
-    found = insight(arm, np.zeros(2), survey(arm), Gauge(task=sr.Task(rows=[True] + [False] * 5)))
-    assert len(found.locks[0].lost) == 0
-    assert 0.0 < found.locks[0].manipulability < 2e-3
-
-
-def test_a_direction_in_words():
-    assert direction(np.array([0, 0, -1.0, 0, 0, 0.01])) == "vz"
-    assert direction(np.array([-0.6, 0, 0, 0, 0.8, 0])) == "0.60 vx - 0.80 wy"
-    assert direction(np.array([0.0, 1.0]), rows=(0, 5)) == "wz"
-
-
 def test_json_holds_the_arm_and_its_singular_values(stillreach):
     found = json.loads(stillreach("inspect", "canadarm2", "--q", "10deg,20deg,0.3,-40deg,0,0.1,0", "--json").out)
     arm = sr.arms.canadarm2()
@@ -207,11 +81,25 @@ def test_values_by_name_leave_the_others_in_the_middle_of_their_limits(stillreac
 
 
 def test_every_arm_of_the_catalogue_can_be_named(stillreach):
-    assert {arm.name for arm in BUILT_IN} == set(sr.arms.__all__)
     found = json.loads(stillreach("arms", "--json").out)
-    assert {arm["name"] for arm in found["arms"]} == set(sr.arms.__all__)
+    assert {arm["name"] for arm in found["arms"]} == set(sr.arms.BUILDERS)
+    assert all(arm["joints"] == sr.arms.by_name(arm["name"]).n for arm in found["arms"] if not arm["sized"])
     assert tuple(scenario["name"] for scenario in found["scenarios"]) == sr.scenario_names()
     assert all(scenario["text"] for scenario in found["scenarios"])
+
+
+def test_a_robot_by_name_needs_no_file(stillreach):
+    hand = ("inspect", "panda", "--tip", "panda_hand_tcp", "--q", "zero", "--json")
+    found = json.loads(stillreach(*hand).out)
+    assert found["at"]["pose"][2][3] == pytest.approx(0.333 + 0.316 + 0.384 - 0.2104)
+    assert [joint["name"] for joint in found["joints"]] == [f"panda_joint{k}" for k in range(1, 8)]
+    assert "panda_joint4" in found["verdict"]
+    done = stillreach("inspect", "panda", "--tip", "hand")
+    assert done.code == 2
+    assert "--tip: got 'hand', expected one of panda_link8, panda_hand_tcp" in done.err
+    listed = stillreach("arms").out
+    assert "Franka Emika" in listed
+    assert "planarN" in listed
 
 
 def test_a_joint_with_a_long_name_takes_no_room_from_the_numbers(stillreach, tmp_path):

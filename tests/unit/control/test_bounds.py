@@ -8,8 +8,26 @@ from oracles.bounds_table import joint_bounds, room_rate
 from tests.unit.control.robots import ALONG_X, configuration, mixed, pushed, slide
 
 PERIOD = 0.01
-FAULTS = {"healthy": None, "locked": sr.Locked(), "derated": sr.Derated(0.3), "runaway": sr.Runaway(0.4)}
-ORACLE_FAULTS = {"healthy": None, "locked": "locked", "derated": ("derated", 0.3), "runaway": ("runaway", 0.4)}
+FAULTS = {
+    "healthy": None,
+    "locked": sr.Locked(),
+    "derated": sr.Derated(0.3),
+    "runaway": sr.Runaway(0.4),
+    "one way": sr.OneWay(1),
+    "the other way": sr.OneWay(-1),
+    "confined": sr.Confined(-0.9, 0.4999),
+    "confined apart": sr.Confined(1.1, np.inf),
+}
+ORACLE_FAULTS = {
+    "healthy": None,
+    "locked": "locked",
+    "derated": ("derated", 0.3),
+    "runaway": ("runaway", 0.4),
+    "one way": ("one-way", 1),
+    "the other way": ("one-way", -1),
+    "confined": ("confined", -0.9, 0.4999),
+    "confined apart": ("confined", 1.1, np.inf),
+}
 
 
 def draw(rng, n):
@@ -41,6 +59,7 @@ def test_the_interval_of_each_joint_is_the_one_in_the_table(seed):
     rate, position, q, last, acceleration = draw(rng, n)
     acceleration = np.where(np.all(np.isinf(position), axis=1), acceleration, np.inf)
     health = rng.choice(list(FAULTS), n)
+    acceleration[np.char.startswith(health, "confined")] = np.inf
     out = answer(rate, position, q, last, acceleration, health)
     given_up = False
     for i in range(n):

@@ -251,5 +251,16 @@ def test_a_follower_cannot_fail_alone_and_the_message_names_its_leader():
         ),
         lambda: arm.singular_values([0.0], joints=["mimic"]),
     ):
-        with pytest.raises(sr.errors.UnknownJointError, match=r"'mimic', which follows 'finger'.* one of finger"):
+        with pytest.raises(sr.errors.UnknownJointError) as caught:
             call()
+        assert caught.value.choices == ("finger",)
+        assert "'mimic'" in caught.value.got
+
+
+def test_a_controller_tells_its_law_period_and_faults():
+    ctl = sr.Controller(sr.arms.planar(3), law=sr.KeepDirection(), period=0.002)
+    start = f"<Controller of planar3: {sr.KeepDirection()}, 2 ms, "
+    assert repr(ctl) == f"{start}no faults>"
+    ctl.fail("j3", sr.Derated(0.2))
+    ctl.fail("j1")
+    assert repr(ctl) == f"{start}j1 Locked(), j3 Derated(fraction=0.2)>"

@@ -239,7 +239,7 @@ def test_a_gradient_sees_a_copy_of_where_the_joints_are():
         (lambda: sr.null_motions.Posture(q=np.zeros(N), max_rate=np.nan), "max_rate"),
         (lambda: sr.null_motions.Posture(q=np.zeros(N - 1)), "q"),
         (lambda: sr.null_motions.Posture(q=np.full(N, np.nan)), "q"),
-        (lambda: sr.null_motions.Posture(q=np.zeros(N), track_gain=-1.0), "track_gain"),
+        (lambda: sr.null_motions.Posture(q=np.zeros(N), gain=-1.0), "gain"),
         (lambda: sr.null_motions.Centring(gain=np.inf), "gain"),
         (lambda: sr.null_motions.Manipulability(gain=0.0), "gain"),
         (lambda: sr.null_motions.Gradient(gradient=np.ones(3)), "gradient"),

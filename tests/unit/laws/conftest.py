@@ -1,4 +1,4 @@
-"""Cases and questions that the law tests share: 6,000 of each sort, 20,000 with STILLREACH_FULL=1."""
+"""Cases and questions that the law tests share: 3,000 of each sort, 20,000 with STILLREACH_FULL=1."""
 
 import os
 from collections import Counter
@@ -9,7 +9,7 @@ import pytest
 import stillreach as sr
 from oracles.cases import BOUNDS, law_case, law_cases
 
-COUNT = 20_000 if os.environ.get("STILLREACH_FULL") else 6_000
+COUNT = 20_000 if os.environ.get("STILLREACH_FULL") else 3_000
 
 
 @pytest.fixture(scope="session")

@@ -76,7 +76,7 @@ def test_then_the_nearest_to_the_reference(bound_cases, ask, tally):
         ours, theirs = (np.sqrt((r - target) @ problem.weight @ (r - target)) for r in (rates, nearest))
         tally.holds(ours <= theirs * (1 + 1e-6) + 1e-9, case, ours, theirs)
     tally.settle()
-    assert tally["compared"] > 1000
+    assert tally["compared"] > 500
 
 
 def test_ordinary_rows_never_meet_the_bound_on_the_steps(capsys):
@@ -194,7 +194,7 @@ def test_windows_that_leave_no_rest():
     """As acceleration limits make them: twists that some fractions of can be done, none of it at rest."""
     rng = np.random.default_rng(17)
     arm, compared, without_rest = sr.arms.nasa_modular(), 0, 0
-    for _ in range(max(SAMPLE, 1200)):
+    for _ in range(max(SAMPLE, 600)):
         q = rng.choice(
             [rng.uniform(-1, 1, 11), rng.uniform(-1, 1) * np.eye(11)[rng.integers(11)] + 1e-3 * rng.normal(size=11)]
         )
@@ -223,5 +223,5 @@ def test_windows_that_leave_no_rest():
         assert best is not None
         assert abs(out.scale - best) <= allowed, (q, out.scale, best)
         compared, without_rest = compared + 1, without_rest + (rest > 1e-6)
-    assert compared > 400
-    assert without_rest > 200
+    assert compared > 200
+    assert without_rest > 100

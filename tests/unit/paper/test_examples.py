@@ -38,7 +38,7 @@ def test_only_the_pseudoinverse_run_has_no_rate_limit_and_says_so():
         unlimited = np.all(np.isinf(scenario.velocity_limits))
         assert unlimited == (name == examples.EXAMPLE_2_PSEUDOINVERSE) == ("without rate limit" in scenario.name)
         if not unlimited:
-            assert np.all(scenario.velocity_limits == np.deg2rad(50.0))
+            assert np.all(np.abs(scenario.velocity_limits) == np.deg2rad(50.0))
 
 
 def test_damping_is_in_inches_and_degrees():

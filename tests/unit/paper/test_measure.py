@@ -16,15 +16,17 @@ def straight_run(places, rates=None, attitude=None, **arrays):
     pose[:, :3, 3] = np.array(places) * INCH
     if attitude is not None:
         pose[:, :3, :3] = attitude
-    command = np.tile([2 * INCH, 0, 0, 0, 0, 0], (ticks, 1))
+    twist = [2 * INCH, 0, 0, 0, 0, 0]
+    target = np.tile(pose[0], (ticks, 1, 1))
+    target[:, :3, 3] += np.outer(np.arange(ticks), twist[:3])
     values = {
         "time": np.arange(ticks, dtype=float),
         "path_time": np.arange(ticks, dtype=float),
         "q": np.zeros((ticks, 1)),
         "rates": np.zeros((ticks, 1)) if rates is None else np.deg2rad(rates)[:, None],
         "pose": pose,
-        "target": pose,
-        "command": command,
+        "target": target,
+        "command": np.tile(twist, (ticks, 1)),
         "residual": np.zeros((ticks, 6)),
         "lower": np.full((ticks, 1), -1.0),
         "upper": np.full((ticks, 1), 1.0),
@@ -34,7 +36,8 @@ def straight_run(places, rates=None, attitude=None, **arrays):
         **{name: np.zeros(ticks) for name in ("task_error", "damping", "scale")},
         **arrays,
     }
-    return sr.Run(**values, joint_names=("j1",), joint_units=("rad",))
+    motion = sr.ConstantTwist(twist, duration=float(ticks))
+    return sr.Run(**values, scenario=sr.Scenario(arm=sr.Arm([sr.Joint()]), start=[0.0], motion=motion, period=1.0))
 
 
 def test_displacement_and_deviation_are_in_inches_and_degrees():

@@ -2,8 +2,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+import stillreach as sr
 from stillreach.show import arm3d
-from stillreach.show.style import PRINT, SCREEN
 from tests.unit.arm.literal_kinematics import forward
 from tests.unit.arm.odd_arms import ODD_ARMS, configurations
 
@@ -36,10 +36,14 @@ def test_any_arm_can_be_drawn_and_fits_into_its_axes(arm):
         assert values.max() < limits[1]
     drawn = [text.get_text().strip() for text in ax.texts]
     assert set(arm.joint_names) <= set(drawn)
-    plt.close(figure)
 
 
-@pytest.mark.parametrize("look", [PRINT, SCREEN])
-def test_twelve_lines_of_a_panel_are_told_apart(look):
-    assert len({str(look.line(k)) for k in range(12)}) == 12
-    assert not look.ink or {look.line(k)["color"] for k in range(6)} == {"black"}
+def test_an_arm_draws_itself(arm):
+    figure = arm.plot(configurations(arm.n)[9], failed=[arm.joint_names[0]])
+    named = ", ".join(text.get_text().strip() for text in figure.axes[0].texts)
+    assert sorted(named.split(", ")) == sorted(arm.joint_names)
+
+
+def test_a_joint_that_is_not_there_cannot_be_drawn_as_failed(arm):
+    with pytest.raises(sr.errors.UnknownJointError):
+        arm.plot(configurations(arm.n)[0], failed=["nobody"])

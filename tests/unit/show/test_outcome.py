@@ -12,12 +12,9 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 import stillreach as sr
-from stillreach.show.comparison import comparison
 from stillreach.show.moments import moments
-from stillreach.show.outcome import outcome
 from stillreach.show.scene import drawn_ticks, fit
 from stillreach.show.timeline import STATES
-from stillreach.simulation.summary import summary
 
 FAULTS = [
     sr.Fault("j4", at=0.4, kind=sr.Locked()),
@@ -36,7 +33,7 @@ def scenario(**settings) -> sr.Scenario:
 
 def drawn(of: sr.Scenario):
     run = sr.simulate(of)
-    return outcome(of, run, summary(of, run)), run
+    return run.plot(), run
 
 
 def written(figure) -> str:
@@ -60,7 +57,7 @@ def test_moments_are_named_with_their_joints():
     texts = [(moment.time, moment.text, moment.better) for moment in moments(scenario(), 2.0)]
     assert texts == [
         (0.4, "j4, j2 locked", False),
-        (0.8, "j6 at 25 %", False),
+        (0.8, "j6 derated to 25 %", False),
         (1.2, "j6 works again", True),
         (1.5, "j9 runs away, 3 deg/s", False),
     ]
@@ -81,11 +78,10 @@ def test_names_that_are_long_or_odd_do_no_harm():
     odd = replace(scenario(faults=[]), arm=arm, faults=faults, name="$" + "t" * 300)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        figure, run = drawn(odd)
+        figure, _ = drawn(odd)
         figure.savefig(BytesIO())
-        laws = {name: (odd, run, summary(odd, run)) for name in ("one", "$other")}
-        comparison(laws).savefig(BytesIO())
-        run.plot().savefig(BytesIO())
+        laws = {"one": sr.LeastError(), "$other": sr.LeastError()}
+        sr.compare(replace(odd, duration=0.1), laws).plot().savefig(BytesIO())
     (legend,) = [ax.get_legend() for ax in figure.axes if ax.get_ylabel().startswith("rate")]
     named = [text.get_text() for text in legend.get_texts()]
     assert "aaaaaaaaaaaa…aaaaaaaaaaaaa fails" in named
@@ -98,7 +94,7 @@ def test_title_units_moments_and_failed_joints_are_on_the_picture():
     figure, _ = drawn(scenario())
     text = written(figure)
     assert "four faults" in text
-    for words in ("j4, j2 locked", "j6 at 25 %", "j6 works again", "j9 runs away, 3 deg/s"):
+    for words in ("j4, j2 locked", "j6 derated to 25 %", "j6 works again", "j9 runs away, 3 deg/s"):
         assert words in text
     labels = [ax.get_ylabel() for ax in figure.axes]
     expected = ("off target [mm]", "off target [deg]", "rate [% of limit]", "joints [deg]")
@@ -132,6 +128,22 @@ def test_a_failed_joint_has_one_colour_in_the_whole_picture(kind):
     np.testing.assert_allclose([face[:2] for face in drums], [[hue, saturation]] * len(drums), atol=0.01)
 
 
+def test_a_failed_joint_behind_a_follower_is_named_where_it_is():
+    """Its name stood beside the follower."""
+    up = np.eye(4)
+    up[2, 3] = 0.5
+    follower = sr.Follower(sr.Joint(name="f", placement=up, axis=(0, 1, 0)), leader="a", place=1)
+    joints = [sr.Joint(name="a", axis=(0, 1, 0)), sr.Joint(name="b", placement=up, axis=(0, 1, 0))]
+    arm = sr.Arm(joints, tool=up, followers=[follower])
+    motion = sr.ConstantTwist([0.1, 0, 0, 0, 0, 0], duration=0.2)
+    task = sr.Task(rows="position")
+    figure, run = drawn(sr.Scenario(arm=arm, start=[0.3, 0.3], motion=motion, task=task, faults=[sr.Fault("b")]))
+    (name,) = [text for text in figure.axes[0].texts if text.get_text().strip() == "b"]
+    angle = run.q[-1, 0]  # of the first link, and twice that of the second
+    expected = [0.5 * (np.sin(angle) + np.sin(2 * angle)), 0.0, 0.5 * (np.cos(angle) + np.cos(2 * angle))]
+    np.testing.assert_allclose(name.get_position_3d(), expected, atol=1e-12)
+
+
 @pytest.mark.parametrize("name", ["jammed-rail", "planar-runaway", "snake-loses-five", "hot-drives", "paper-example-2"])
 def test_no_text_in_space_covers_another(name, monkeypatch):
     """Names of axes stood on their numbers, and names of neighbouring joints on each other."""
@@ -158,7 +170,7 @@ def test_no_text_in_space_covers_another(name, monkeypatch):
 def test_the_reason_of_a_tool_that_did_not_arrive_is_on_the_picture():
     of = scenario(faults=[sr.Fault(joint, at=1.0) for joint in range(11)])
     figure, run = drawn(of)
-    assert summary(of, run).why.sentence in written(figure)
+    assert run.summary().why.sentence in written(figure)
 
 
 def test_bars_begin_and_end_with_the_faults():
@@ -257,12 +269,8 @@ def test_long_runs_are_thinned_from_first_to_last():
 
 def test_laws_are_told_apart_and_one_that_runs_wild_does_not_set_the_scale():
     laws = {"least-error": sr.LeastError(), "pseudoinverse": sr.Pseudoinverse()}
-    results = {}
-    for name, law in laws.items():
-        of = scenario(law=law, motion=sr.ConstantTwist([0, 0, 4.0, 0, 0, 0], duration=2.0), velocity_limits=0.05)
-        run = sr.simulate(of)
-        results[name] = (of, run, summary(of, run))
-    figure = comparison(results)
+    of = scenario(motion=sr.ConstantTwist([0, 0, 4.0, 0, 0, 0], duration=2.0), velocity_limits=0.05)
+    figure = sr.compare(of, laws).plot()
     text = written(figure)
     assert "pseudoinverse reaches" in text
     assert "four faults" in text

@@ -55,10 +55,10 @@ EIGHT = [
     # line, place, what came, what was expected, hint
     (2, "start", "4 entries", "3, one for each joint of planar3", ""),
     (3, "period", "'0.01'", "a number", "a number has no quotes"),
-    (4, "lopp", "an unknown key 'lopp'", "loop", "did you mean 'loop'?"),
+    (4, "lopp", "unknown key 'lopp'", "loop", "did you mean 'loop'?"),
     (7, "units.angle", "'degrees'", "one of 'rad', 'deg'", "did you mean 'deg'?"),
     (15, "motion[0].to[2]", "nan", "a finite number", ""),
     (19, "law.kind", "'least error'", "'least-error'", "did you mean 'least-error'?"),
     (22, "faults[0].joint", "'j22'", "a joint of planar3: j1, j2, j3", "did you mean 'j2'?"),
-    (29, "faults[1].fraction", "1.5", "a number of at most 1", ""),
+    (29, "faults[1].fraction", "1.5", "a number from 0 to 1", ""),
 ]

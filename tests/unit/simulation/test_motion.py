@@ -1,13 +1,11 @@
 import numpy as np
 import pytest
-from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 import stillreach as sr
-from stillreach.simulation.attitude import pitch_yaw_roll
-from stillreach.simulation.path import followed
-from tests.unit.arm.literal_kinematics import cross_matrix
-from tests.unit.simulation.scenarios import eight_joints, eight_joints_start
+from stillreach._rotations import pitch_yaw_roll
+from tests.refusals import refused
+from tests.unit.simulation.scenarios import eight_joints, eight_joints_start, followed
 
 UP, ALONG = (0, 0, 0.1, 0, 0, 0), (0.1, 0, 0, 0, 0.2, 0)
 
@@ -48,7 +46,7 @@ def test_a_function_may_follow_held_twists_and_sees_the_time_since_the_start():
 def test_a_scenario_without_a_duration_lasts_as_long_as_its_motion():
     time, _ = commanded([sr.ConstantTwist(UP, 0.3), sr.ConstantTwist(ALONG, 0.4)], duration=None)
     assert len(time) == 8
-    with pytest.raises(sr.InputError, match=r"duration.*no end of its own"):
+    with refused("duration"):
         commanded([sr.ConstantTwist(UP, 0.3), sr.ConstantTwist(ALONG)], duration=None)
 
 
@@ -84,18 +82,15 @@ def test_what_is_no_motion_is_refused(motion):
         commanded(motion)
 
 
-def test_a_followed_twist_moves_the_point_on_a_line_and_turns_about_a_fixed_axis():
+def test_a_held_twist_moves_the_point_on_a_line_and_turns_about_a_fixed_axis():
     rng = np.random.default_rng(5)
-    start = np.eye(4)
-    start[:3, :3] = Rotation.from_rotvec([0.3, -1.0, 2.0]).as_matrix()
-    start[:3, 3] = (1.0, 2.0, -3.0)
     twists = np.array([*rng.normal(size=(4, 6)), [0, 0, 0, 1e-9, 0, 0], [1, 0, 0, 0, 0, 0], [0, 0, 0, 0, np.pi, 0]])
     durations = np.array([0.1, 1.0, 2.0, 0.01, 1.0, 1.0, 1.0])
-    poses = followed(start, twists, durations)
-    p, R = start[:3, 3], start[:3, :3]
-    for pose, twist, held in zip(poses[1:], twists, durations, strict=True):
-        p, R = p + held * twist[:3], expm(held * cross_matrix(twist[3:])) @ R
-        np.testing.assert_allclose(pose, np.block([[R, p[:, None]], [np.zeros(3), 1]]), atol=1e-14)
+    motion = [sr.ConstantTwist(twist, duration) for twist, duration in zip(twists, durations, strict=True)]
+    scenario = sr.Scenario(arm=eight_joints(), start=eight_joints_start(), motion=motion, period=0.01)
+    start = eight_joints().forward(eight_joints_start())
+    poses = scenario.schedule.poses(np.concatenate([[0.0], np.cumsum(durations)]) / 0.01)
+    np.testing.assert_allclose(poses, followed(start, twists, durations), atol=1e-12)
 
 
 def test_an_arm_without_faults_follows_the_commanded_line_and_turn():

@@ -2,7 +2,6 @@
 
 import tomllib
 from dataclasses import replace
-from importlib import metadata
 from pathlib import Path
 
 import numpy as np
@@ -10,24 +9,14 @@ import pytest
 from scipy.optimize import least_squares
 
 import stillreach as sr
+from stillreach._rotations import log
 from stillreach.simulation.commanded import commanded
-from stillreach.simulation.rotations import log
-from stillreach.simulation.summary import summary
 
 FOLDER = Path(sr.__file__).parent / "scenarios"
-ROBOTS_OF_OTHERS = {"panda-elbow": "example-robot-data"}
-OURS = [name for name in sr.scenario_names() if name not in ROBOTS_OF_OTHERS]
 
 
 def text(name):
     return (FOLDER / f"{name}.toml").read_text(encoding="utf-8")
-
-
-def installed(package):
-    try:
-        return bool(metadata.distribution(package))
-    except metadata.PackageNotFoundError:
-        return False
 
 
 def result(name):
@@ -53,7 +42,7 @@ def test_each_says_what_it_shows(name):
     assert content["faults"]
 
 
-@pytest.mark.parametrize("name", OURS)
+@pytest.mark.parametrize("name", sr.scenario_names())
 def test_each_runs_and_its_bounds_hold(name):
     scenario, run, _, _ = result(name)
     assert np.all(run.rates >= run.lower)
@@ -64,22 +53,7 @@ def test_each_runs_and_its_bounds_hold(name):
             assert np.all(stuck == stuck[0])
 
 
-@pytest.mark.parametrize("name", sorted(ROBOTS_OF_OTHERS))
-def test_a_robot_that_is_not_ours_is_run_where_its_package_is_installed_and_named_where_not(name):
-    package = ROBOTS_OF_OTHERS[name]
-    assert f"pip install --no-deps {package}" in text(name)
-    if installed(package):
-        scenario = sr.Scenario.load(name)
-        assert scenario.faults[0].joint in scenario.arm.joint_names
-        return
-    with pytest.raises(sr.errors.ScenarioFileError, match=f"pip install --no-deps {package}") as caught:
-        sr.Scenario.load(name)
-    assert [mistake.place for mistake in caught.value.mistakes] == ["robot.urdf"]
-
-
 def test_a_panda_without_its_elbow_brings_the_bucket_to_its_place():
-    if not installed("example-robot-data"):
-        pytest.skip("pip install --no-deps example-robot-data")
     scenario, run, shift, turn = result("panda-elbow")
     handle = run.pose[:, :3, 1]
     assert np.max(shift) < 5e-4
@@ -92,10 +66,8 @@ def test_a_panda_without_its_elbow_brings_the_bucket_to_its_place():
 
 
 def test_a_panda_without_its_elbow_cannot_keep_the_whole_attitude():
-    if not installed("example-robot-data"):
-        pytest.skip("pip install --no-deps example-robot-data")
     scenario = replace(sr.Scenario.load("panda-elbow"), task=sr.Task())
-    found = summary(scenario, sr.simulate(scenario))
+    found = sr.simulate(scenario).summary()
     assert not found.finished
     assert found.goal_distance > 0.05
     assert nearest(scenario) > 0.05
@@ -154,17 +126,17 @@ def test_hot_drives_slow_the_tool_down_and_it_arrives_late_without_leaving_the_l
     assert shift[-1] < 1e-3
     assert np.max(np.linalg.norm(off, axis=1)) < 1e-5
     assert np.max(turn) < 1e-6
-    assert summary(scenario, run).beside < 1e-5
+    assert run.summary().beside < 1e-5
     assert np.all(np.diff(moved @ along) > -1e-6)
     least = sr.simulate(replace(scenario, law=sr.LeastError())).pose[:, :3, 3] - run.pose[0, :3, 3]
     assert np.max(np.linalg.norm(least - np.outer(least @ along / (along @ along), along), axis=1)) > 0.01
 
 
-@pytest.mark.parametrize("name", OURS)
+@pytest.mark.parametrize("name", sr.scenario_names())
 def test_each_arrives_but_the_one_that_shows_a_limit_and_says_so(name):
     scenario = sr.Scenario.load(name)
     told = "does not arrive" in " ".join(scenario.description.split())
-    assert summary(scenario, sr.simulate(scenario)).finished is not told
+    assert sr.simulate(scenario).summary().finished is not told
     assert told is (name == "paper-example-2")
 
 

@@ -8,23 +8,23 @@ import numpy as np
 import pytest
 
 import stillreach as sr
-from stillreach.simulation.fields import FIELDS
-from tests.unit.simulation.scenarios import small_run
+from stillreach.simulation.document import scenario_text
+from stillreach.simulation.record import FIELDS
+from tests.refusals import refused
+from tests.unit.simulation.scenarios import first_ticks, small_run
 
 NAMES = [field.name for field in FIELDS]
 
 
 def assert_same(one, other):
-    """Every array with its type, every name, unit and attribute."""
+    """Every array with its type, and the scenario in all its settings."""
     for name in NAMES:
         a, b = getattr(one, name), getattr(other, name)
         assert a.dtype == b.dtype, name
         assert np.array_equal(a, b), name
     assert (one.joint_names, one.joint_units) == (other.joint_names, other.joint_units)
-    assert dict(one.attrs) == dict(other.attrs)
-    assert {key: type(value) for key, value in one.attrs.items()} == {
-        key: type(value) for key, value in other.attrs.items()
-    }
+    assert scenario_text(one.scenario) == scenario_text(other.scenario)
+    assert one.interrupted == other.interrupted
 
 
 def test_the_arrays_are_those_of_the_design():
@@ -70,7 +70,7 @@ def test_the_file_says_what_its_numbers_are(tmp_path):
         assert data["rates"].dims == ("time", "joint")
         assert set(data["rates"].attrs["units"].split(", ")) == {"m/s", "rad/s"}
         assert data["component"].values.tolist() == ["vx", "vy", "vz", "wx", "wy", "wz"]
-        assert data["health"].attrs["flag_meanings"] == "healthy locked derated runaway"
+        assert data["health"].attrs["flag_meanings"] == " ".join(state.name.lower() for state in sr.Health)
         active = data["active"].attrs
         meaning = dict(zip(active["flag_values"].tolist(), active["flag_meanings"].split(), strict=True))
         assert (meaning[0], meaning[3], meaning[-2]) == ("free", "position_upper", "rate_lower")
@@ -78,7 +78,8 @@ def test_the_file_says_what_its_numbers_are(tmp_path):
             zip(data["status"].attrs["flag_meanings"].split(), data["status"].attrs["flag_masks"], strict=True)
         )
         assert masks["DAMPED"] == sr.Status.DAMPED
-        assert {"title", "law", "task", "faults", "integrator", "period", "duration", "source"} <= set(data.attrs)
+        assert (data.attrs["title"], data.attrs["interrupted"]) == ("a small run", 0)
+        assert json.loads(data["scenario"].item())["law"]["kind"] == "singularity-robust"
 
 
 def test_one_joint_is_picked_by_name(tmp_path):
@@ -93,8 +94,8 @@ def test_a_run_cannot_be_changed():
         run.rates[0, 0] = 1.0
     with pytest.raises(dataclasses.FrozenInstanceError):
         run.rates = run.q
-    with pytest.raises(TypeError):
-        run.attrs["law"] = "none"
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        run.scenario.period = 1.0
 
 
 def test_a_run_survives_pickling():
@@ -106,8 +107,10 @@ def test_a_run_survives_pickling():
 
 def test_arrays_that_do_not_fit_are_refused_by_name():
     run = small_run()
-    with pytest.raises(sr.InputError, match=r"rates: got shape \(31, 7\), expected shape \(31, 8\)"):
+    with refused("rates", "(31, 7)", "(31, 8)"):
         dataclasses.replace(run, rates=run.rates[:, :7])
+    with refused("time", "31", "21"):
+        dataclasses.replace(run, scenario=dataclasses.replace(run.scenario, duration=1.0))
 
 
 def test_a_file_that_is_no_run_is_refused(tmp_path):
@@ -115,7 +118,7 @@ def test_a_file_that_is_no_run_is_refused(tmp_path):
     with pytest.raises(sr.InputError, match=r"text\.nc"):
         sr.Run.load(tmp_path / "text.nc")
     small_run().to_xarray().drop_vars(["damping", "health"]).to_netcdf(tmp_path / "part.nc", engine="h5netcdf")
-    with pytest.raises(sr.InputError, match="without damping, health"):
+    with refused("path", "damping, health"):
         sr.Run.load(tmp_path / "part.nc")
     with pytest.raises(FileNotFoundError, match=r"nothing\.nc"):
         sr.Run.load(tmp_path / "nothing.nc")
@@ -141,47 +144,19 @@ def test_a_missing_package_is_answered_with_the_command_that_installs_it(package
     assert f"pip install 'stillreach[{extra}]'" in done.stdout
 
 
-def test_a_plot_has_a_line_for_each_joint():
+def test_a_run_without_ticks_has_no_summary_and_no_picture():
+    empty = first_ticks(small_run(), 0)
+    for call in (empty.summary, empty.plot):
+        with pytest.raises(sr.InputError, match="run: got no tick"):
+            call()
+
+
+def test_a_run_tells_its_name_ticks_arm_and_law():
     run = small_run()
-    turning, sliding = run.joint_units.index("rad"), run.joint_units.index("m")
-    angles, rates = run.plot().axes[:2]
-    assert [line.get_label() for line in angles.lines] == [f"j{k}" for k in range(1, 9)]
-    np.testing.assert_allclose(rates.lines[turning].get_ydata(), np.rad2deg(run.rates[:, turning]))
-    np.testing.assert_allclose(rates.lines[sliding].get_ydata(), 1000 * run.rates[:, sliding])
-
-
-def test_law_task_faults_and_null_motion_are_data_in_the_file(tmp_path):
-    """They were Python reprs, which only Python could read."""
-    task = sr.Task(rows="position", frame="tool", weights=sr.Weights(length=0.5, angle=2.0))
-    faults = [sr.Fault(2, at=0.5, kind=sr.Derated(0.25), until=0.9), sr.Fault("j4", at=1.0)]
-    null_motion = sr.null_motions.Manipulability(gain=0.3, max_rate=0.5)
-    run = small_run(law=sr.KeepDirection(), task=task, faults=faults, null_motion=null_motion)
-    run.save(tmp_path / "run.nc")
-    attrs = sr.Run.load(tmp_path / "run.nc").attrs
-    assert json.loads(attrs["law"]) == {"kind": "keep-direction", "weights": None, "rank_tolerance": 1e-10}
-    weights = {"length": 0.5, "angle": 2.0, "task": None, "joints": None}
-    assert json.loads(attrs["task"]) == {"rows": "position", "frame": "tool", "tool": None, "weights": weights}
-    assert json.loads(attrs["faults"]) == [
-        {"joint": "j3", "kind": "derated", "value": 0.25, "at": 0.5, "until": 0.9},
-        {"joint": "j4", "kind": "locked", "value": 0.0, "at": 1.0, "until": None},
-    ]
-    assert json.loads(attrs["null_motion"]) == {"kind": "manipulability", "max_rate": 0.5, "gain": 0.3}
-
-
-@pytest.mark.parametrize(
-    ("null_motion", "data"),
-    [
-        (None, None),
-        (np.full(8, 0.25), {"kind": "rates", "rates": [0.25] * 8}),
-        (sr.null_motions.Rates(rates=np.full(8, 0.25)), {"kind": "rates", "max_rate": None, "rates": [0.25] * 8}),
-        (
-            sr.null_motions.Gradient(gradient=np.zeros_like),
-            {"kind": "gradient", "max_rate": None, "gradient": "zeros_like", "gain": 1.0},
-        ),
-    ],
-)
-def test_any_null_motion_is_data(null_motion, data):
-    assert json.loads(small_run(null_motion=null_motion).attrs["null_motion"]) == data
+    assert repr(run) == "<Run 'a small run': 31 ticks of 50 ms, eight joints, SingularityRobust>"
+    assert repr(first_ticks(run, 3)) == (
+        "<Run 'a small run': 3 ticks of 50 ms, eight joints, SingularityRobust, interrupted>"
+    )
 
 
 @pytest.mark.parametrize("loop", ["open", "closed"])

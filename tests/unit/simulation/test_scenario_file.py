@@ -1,9 +1,5 @@
 """A scenario file is a way to write a Scenario: what it says is what Python would have said."""
 
-import os
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -104,7 +100,7 @@ weights = { length = 2, angle = 3, task = [1, 2, 3, 4, 5, 6], joints = [1, 2, 3]
     assert (scenario.name, scenario.period, scenario.duration) == ("all of them", 0.02, 3.0)
     assert (scenario.integrator, scenario.loop, scenario.track_gain) == ("rk4", "closed", 3.5)
     assert scenario.track_limits == (10 * 0.0254, np.inf)
-    np.testing.assert_array_equal(scenario.velocity_limits, [1.0, 90 * DEGREE, 1.0])
+    np.testing.assert_array_equal(scenario.velocity_limits[:, 1], [1.0, 90 * DEGREE, 1.0])
     np.testing.assert_allclose(
         scenario.position_limits, [[-np.pi / 2, np.pi / 2], [-np.inf, np.inf], [0, np.pi]], rtol=1e-15
     )
@@ -126,7 +122,6 @@ weights = { length = 2, angle = 3, task = [1, 2, 3, 4, 5, 6], joints = [1, 2, 3]
 @pytest.mark.parametrize(
     ("table", "law"),
     [
-        ('kind = "least-error"', sr.LeastError()),
         ('kind = "least-error"\nprice = 3', sr.LeastError(price=3)),
         ('kind = "least-error"\nprice = "none"', sr.LeastError(price=None)),
         ('kind = "least-error"\nprice = "position-first"', sr.LeastError(price="position-first")),
@@ -135,32 +130,17 @@ weights = { length = 2, angle = 3, task = [1, 2, 3, 4, 5, 6], joints = [1, 2, 3]
             'kind = "least-error"\nprice = { position = 100, "wx wy" = 8, wz = 1 }',
             sr.LeastError(price={"position": 100, "wx wy": 8, "wz": 1}),
         ),
-        ('kind = "singularity-robust"', sr.SingularityRobust()),
         ('kind = "singularity-robust"\ndamping = "closed-form"', sr.SingularityRobust(damping="closed-form")),
-        ('kind = "keep-direction"', sr.KeepDirection()),
         ('kind = "pseudoinverse"\nrank_tolerance = 0.01', sr.Pseudoinverse(rank_tolerance=0.01)),
     ],
 )
-def test_every_law_has_a_name(load, table, law):
+def test_settings_of_a_law_arrive(load, table, law):
     assert load(planar(tables=f"[law]\n{table}")).law == law
 
 
 def test_a_price_is_not_converted_from_the_units_of_the_file(load):
-    tables = '[units]\nlength = "in"\nangle = "degree"\n[law]\nkind = "least-error"\nprice = 3\n'
+    tables = '[units]\nlength = "in"\nangle = "deg"\n[law]\nkind = "least-error"\nprice = 3\n'
     assert load(planar(tables=tables)).law == sr.LeastError(price=3)
-
-
-@pytest.mark.parametrize(
-    ("table", "kind"),
-    [
-        ('kind = "manipulability"\nmax_rate = 2', sr.null_motions.Manipulability),
-        ('kind = "centring"', sr.null_motions.Centring),
-        ('kind = "posture"\nq = [1, 2, 3]', sr.null_motions.Posture),
-        ('kind = "rates"\nrates = { j2 = 0.1 }', sr.null_motions.Rates),
-    ],
-)
-def test_every_null_motion_has_a_name(load, table, kind):
-    assert type(load(planar(tables=f"[null_motion]\n{table}")).null_motion) is kind
 
 
 def test_faults_have_their_joint_onset_end_and_kind(load):
@@ -183,6 +163,15 @@ joint = "j3"
 at = 0.75
 kind = "runaway"
 rate = -90
+[[faults]]
+joint = "j2"
+kind = "confined"
+lower = -inf
+upper = 45
+[[faults]]
+joint = "j2"
+kind = "one-way"
+direction = -1
 """
         )
     ).faults
@@ -190,6 +179,8 @@ rate = -90
         sr.Fault("j1"),
         sr.Fault("j3", at=0.25, until=0.5, kind=sr.Derated(0.1)),
         sr.Fault("j3", at=0.75, kind=sr.Runaway(-90 * DEGREE)),
+        sr.Fault("j2", kind=sr.Confined(-np.inf, 45 * DEGREE)),
+        sr.Fault("j2", kind=sr.OneWay(-1)),
     )
 
 
@@ -269,12 +260,3 @@ def test_a_folder_does_not_hide_the_ready_scenario_of_its_name(tmp_path, monkeyp
     assert sr.Scenario.load("jammed-rail").name == "A robot on a rail that jams"
     with pytest.raises(sr.errors.ScenarioFileError, match="got a folder"):
         sr.Scenario.load(tmp_path / "jammed-rail")
-
-
-def test_windows_line_ends_and_a_byte_order_mark_do_no_harm(load):
-    assert load(b"\xef\xbb\xbf" + PLANAR.replace("\n", "\r\n").encode()).arm.n == 3
-
-
-def test_pydantic_is_imported_only_when_a_file_is_read():
-    code = "import sys, stillreach as sr; sr.Scenario, sr.scenario_names(); assert 'pydantic' not in sys.modules"
-    subprocess.run([sys.executable, "-c", code], check=True, env={**os.environ, "PYTHONPATH": ""})

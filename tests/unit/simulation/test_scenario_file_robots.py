@@ -21,9 +21,9 @@ MJCF = """
 
 def test_an_arm_with_a_slide_takes_lengths_and_angles_each_in_its_unit(load):
     scenario = load(
-        'start = [200, 90, 0]\nrate_limits = [500, 90, 90]\n[units]\nlength = "mm"\nangle = "degree"\n'
+        'start = [200, 90, 0]\nvelocity_limits = [500, 90, 90]\n[units]\nlength = "mm"\nangle = "deg"\n'
         + RAIL
-        + '[[motion]]\nkind = "wait"\nduration = 1\n'
+        + WAIT
         + '[[faults]]\njoint = "rail"\nkind = "runaway"\nrate = 100\n'
     )
     rows = [
@@ -34,7 +34,7 @@ def test_an_arm_with_a_slide_takes_lengths_and_angles_each_in_its_unit(load):
     q = [0.2, np.pi / 2, 0.0]
     np.testing.assert_allclose(scenario.start, q, rtol=1e-15)
     np.testing.assert_allclose(scenario.arm.forward(q), sr.Arm.from_dh(rows).forward(q), atol=1e-15)
-    np.testing.assert_allclose(scenario.velocity_limits, [0.5, np.pi / 2, np.pi / 2], rtol=1e-15)
+    np.testing.assert_allclose(scenario.velocity_limits[:, 1], [0.5, np.pi / 2, np.pi / 2], rtol=1e-15)
     assert scenario.faults[0].kind == sr.Runaway(100 * 0.001)
 
 
@@ -55,12 +55,21 @@ def test_built_in_arms_take_their_parameters(load):
     assert load(f'start = {{}}\n{motion}[robot]\narm = "canadarm2"\n').arm.name == "canadarm2"
 
 
+def test_a_name_with_its_number_is_the_same_as_the_number_beside_it(load):
+    text = f"start = {{}}\nallow_outside = true\n{WAIT}[robot]\narm = "
+    assert load(f'{text}"snake7"\n').arm == load(f'{text}"snake"\nn = 7\n').arm == sr.arms.snake(7)
+    hand = load(f'{text}"panda"\ntip = "panda_hand_tcp"\n').arm
+    assert hand == sr.arms.panda(tip="panda_hand_tcp")
+    with pytest.raises(sr.errors.ScenarioFileError, match=r"robot\.tip: got 'hand', expected one of panda_link8"):
+        load(f'{text}"panda"\ntip = "hand"\n')
+
+
 def test_a_urdf_is_found_beside_the_scenario_file(load, tmp_path):
     arm = sr.Arm.from_modules("RPRP", [0.3, 0.4, 0.5])
     (tmp_path / "robots").mkdir()
     (tmp_path / "robots" / "arm.urdf").write_text(arm.to_urdf())
     scenario = load(
-        'start = { j2 = 30 }\n[units]\nangle = "degree"\n[robot]\nurdf = "robots/arm.urdf"\nfixed = { j3 = 90 }\n'
+        'start = { j2 = 30 }\n[units]\nangle = "deg"\n[robot]\nurdf = "robots/arm.urdf"\nfixed = { j3 = 90 }\n'
         '[[motion]]\nkind = "wait"\nduration = 1\n'
     )
     assert scenario.arm.joint_names == ("j1", "j2", "j4")
@@ -96,7 +105,7 @@ def test_a_package_that_is_not_there_is_named_with_the_command_that_brings_it(lo
 def test_an_mjcf_is_found_beside_the_scenario_file(load, tmp_path):
     pytest.importorskip("mujoco", reason="pip install 'stillreach[mujoco]'")
     (tmp_path / "arm.xml").write_text(MJCF)
-    units = '[units]\nlength = "cm"\nangle = "degree"\n'
+    units = '[units]\nlength = "cm"\nangle = "deg"\n'
     arm = load(f'start = [90, 20]\n{units}[robot]\nmjcf = "arm.xml"\ntip = "hand"\n{WAIT}')
     assert arm.arm.joint_names == ("hinge", "slide")
     np.testing.assert_allclose(arm.arm.forward(arm.start)[:3, 3], [0.5, 0.0, -0.2], atol=1e-12)

@@ -6,9 +6,8 @@ from scipy.integrate import solve_ivp
 
 import stillreach as sr
 from stillreach.simulation import simulate as function
-from stillreach.simulation.path import followed as path
 from tests.unit.arm.literal_kinematics import cross_matrix
-from tests.unit.simulation.scenarios import eight_joints, eight_joints_start, small_run, waving
+from tests.unit.simulation.scenarios import eight_joints, eight_joints_start, followed, small_run, waving
 
 
 def scenario(**changes):
@@ -62,8 +61,8 @@ def test_the_same_scenario_gives_the_same_run():
 def test_no_rate_limit_is_said_so():
     run = small_run(velocity_limits=np.inf, law=sr.Pseudoinverse(), faults=())
     assert np.all(np.isinf(run.upper))
-    assert run.attrs["velocity_limits"] == "infinite: no rate limit"
-    assert small_run().attrs["velocity_limits"] == "see lower and upper"
+    assert np.all(np.isinf(run.scenario.velocity_limits))
+    assert small_run().scenario.velocity_limits is None  # the arm's
 
 
 @pytest.mark.parametrize(
@@ -118,6 +117,6 @@ def test_feedback_keeps_the_tool_on_its_path_where_steps_alone_drift():
 def test_with_feedback_the_tool_waits_at_the_end_of_the_path(integrator):
     motion = [sr.ConstantTwist([0.1, 0, 0, 0, 0, 0.2], 0.5), sr.ConstantTwist([0, -0.1, 0.05, 0, 0.1, 0], 0.5)]
     run = sr.simulate(scenario(motion=motion, duration=4.0, loop="closed", track_gain=5.0, integrator=integrator))
-    expected = path(run.pose[0], [part.twist for part in motion], [0.5, 0.5])[-1]
+    expected = followed(run.pose[0], [part.twist for part in motion], [0.5, 0.5])[-1]
     np.testing.assert_allclose(run.pose[-1], expected, atol=1e-6)
     np.testing.assert_allclose(run.rates[-1], 0.0, atol=1e-6)

@@ -7,8 +7,7 @@ from scipy.optimize import linprog
 import stillreach as sr
 from stillreach.simulation.commanded import commanded, deviation
 from stillreach.simulation.held import held_back, rate_shares
-from stillreach.simulation.path import followed
-from stillreach.simulation.summary import summary
+from tests.unit.simulation.scenarios import first_ticks, followed
 
 SLIDE = sr.Task(rows=(True, False, False, False, False, False))
 
@@ -26,7 +25,7 @@ def along(speed: float, **settings) -> sr.Scenario:
 
 
 def found(scenario: sr.Scenario, **allowed):
-    return summary(scenario, sr.simulate(scenario), **allowed)
+    return sr.simulate(scenario).summary(**allowed)
 
 
 def test_a_rail_that_is_asked_for_twice_its_rate_gets_half_way():
@@ -79,8 +78,8 @@ def test_a_joint_without_limits_has_no_share_of_one():
     told = found(scenario)
     assert told.rate is None
     assert told.rate_value == pytest.approx(0.5)
-    assert np.all(rate_shares(scenario, sr.simulate(scenario)) == 0.0)
-    assert held_back(sr.simulate(scenario), scenario.period) == {}
+    assert np.all(rate_shares(sr.simulate(scenario)) == 0.0)
+    assert held_back(sr.simulate(scenario)) == {}
 
 
 def test_limits_of_one_side_are_measured_on_that_side():
@@ -100,7 +99,7 @@ def test_lost_directions_are_those_of_the_faults_that_last():
     twist = sr.ConstantTwist([0.01, 0, 0, 0, 0, 0], duration=1.0)
     scenario = sr.Scenario(arm=sr.arms.planar(2), start=[0.3, 0.9], motion=twist, task=task, faults=faults)
     run = sr.simulate(scenario)
-    told = summary(scenario, run)
+    told = run.summary()
     column = scenario.arm.jacobian(run.q[-1])[:2, 0]
     assert told.lost.shape == (1, 2)
     assert abs(told.lost[0] @ column) == pytest.approx(0.0, abs=1e-12)
@@ -130,7 +129,7 @@ def test_a_closed_loop_is_told_of_the_same_path():
         arm=sr.arms.nasa_modular(), start=np.full(11, 0.2), motion=line, period=0.001, loop="closed", track_gain=5.0
     )
     run = sr.simulate(scenario)
-    distance, angle = deviation(scenario, run)
+    distance, angle = deviation(run)
     assert np.max(distance) < 1e-4  # an arm that can do all that it is told leaves it by an Euler step's error only
     assert np.max(angle) < 1e-4
 
@@ -143,7 +142,7 @@ def test_rows_along_the_tool_are_measured_along_the_tool():
     faults = [sr.Fault(joint) for joint in range(3)]
     scenario = sr.Scenario(arm=arm, start=[np.pi / 2, 1.0, 0.0], motion=motion, task=task, faults=faults)
     run = sr.simulate(scenario)
-    distance, angle = deviation(scenario, run)
+    distance, angle = deviation(run)
     np.testing.assert_allclose(distance, 0.1 * run.time, atol=1e-12)
     assert np.all(angle == 0.0)
 
@@ -151,16 +150,12 @@ def test_rows_along_the_tool_are_measured_along_the_tool():
 def test_an_interrupted_run_has_not_arrived():
     scenario = along(0.5, arm=rail(velocity_limit=1.0))
     run = sr.simulate(scenario)
-    arrays = {name: getattr(run, name)[:40] for name in run.__dataclass_fields__ if name not in LABELS}
-    part = sr.Run(**arrays, joint_names=run.joint_names, joint_units=run.joint_units, attrs={"interrupted": 1})
-    told = summary(scenario, part)
-    assert told.interrupted
+    part = first_ticks(run, 40)
+    told = part.summary()
+    assert str(told).splitlines()[1].split(None, 1) == ["arrived", "interrupted at 0.39 s"]
     assert not told.finished
     assert told.end == pytest.approx(0.39)
     assert told.goal_distance == pytest.approx(0.0, abs=1e-12)
-
-
-LABELS = ("joint_names", "joint_units", "attrs")
 
 
 def test_a_tool_that_is_late_is_on_its_path():
@@ -233,7 +228,7 @@ def test_lost_directions_are_judged_by_gain():
             task=sr.Task(rows=(True, True, False, False, False, False)),
         )
         run = sr.simulate(scenario)
-        told = summary(scenario, run)
+        told = run.summary()
         assert len(told.singular_values) == 2
         assert np.min(told.singular_values) > 0.0
         assert len(told.lost) == lost

@@ -13,8 +13,8 @@ import pytest
 from scipy.optimize import linprog, lsq_linear
 
 import stillreach as sr
-from stillreach.simulation.rotations import log
-from stillreach.simulation.summary import summary
+from stillreach._rotations import log
+from tests.unit.simulation.scenarios import first_ticks
 
 PLANE = sr.Task(rows=(True, True, False, False, False, False))
 BENT = [0.3, 0.9, -0.8]
@@ -89,7 +89,7 @@ def told(name):
     """Scenario, run and summary."""
     scenario = SCENARIOS[name]()
     run = sr.simulate(scenario)
-    return scenario, run, summary(scenario, run)
+    return scenario, run, run.summary()
 
 
 def jacobian(scenario, q):
@@ -210,7 +210,7 @@ def test_a_law_that_does_less_than_it_could_is_named():
         sr.ConstantTwist([-0.2, 0.1, 0, 0, 0, 0], duration=3.0), loop="open", law=sr.SingularityRobust(damping=0.5)
     )
     run = sr.simulate(scenario)
-    found = summary(scenario, run)
+    found = run.summary()
     assert found.why.sentence.startswith("from 0 s on SingularityRobust leaves up to ")
     assert found.why.direction is None
     for tick in range(0, len(run) - 1, 30):
@@ -220,7 +220,7 @@ def test_a_law_that_does_less_than_it_could_is_named():
 def test_steps_of_an_open_loop_are_named_where_every_tick_does_its_command():
     scenario = planar(sr.ConstantTwist([-0.2, 0.3, 0, 0, 0, 0], duration=3.0), loop="open", period=0.25)
     run = sr.simulate(scenario)
-    found = summary(scenario, run)
+    found = run.summary()
     assert np.max(run.task_error) < 1e-9
     assert found.why.sentence == (
         "every tick does the commanded twist; the error is that of an open loop with steps of 250 ms"
@@ -231,11 +231,8 @@ def test_steps_of_an_open_loop_are_named_where_every_tick_does_its_command():
 def test_a_tool_that_arrives_or_was_interrupted_needs_no_reason():
     scenario = planar(line(-0.2, 0.1, 2.0))
     run = sr.simulate(scenario)
-    assert summary(scenario, run).why is None
-    arrays = {name: getattr(run, name)[:40] for name in ("pose", "target", "time", "q", "rates", "command", "residual")}
-    arrays |= {name: getattr(run, name)[:40] for name in ("task_error", "damping", "scale", "status", "lower", "upper")}
-    arrays |= {name: getattr(run, name)[:40] for name in ("health", "active", "path_time")}
-    assert summary(scenario, replace(run, **arrays)).why is None
+    assert run.summary().why is None
+    assert first_ticks(run, 40).summary().why is None
 
 
 def test_which_part_of_the_task_gave_way_and_by_how_much():

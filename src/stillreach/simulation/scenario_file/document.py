@@ -9,10 +9,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from stillreach._messages import hint
 from stillreach._text import decoded
 from stillreach.errors import Mistake, ScenarioFileError
 from stillreach.simulation.scenario_file.lines import line_numbers
-from stillreach.simulation.scenario_file.words import did_you_mean
 
 Place = tuple[str | int, ...]
 """Keys and indices that lead to a value: ``("faults", 1, "joint")``."""
@@ -94,7 +94,7 @@ def _text(path: Path, name: str) -> str:
     expected = "a scenario file (TOML, UTF-8)"
     try:
         if not path.exists():
-            raise _unreadable(name, "no such file", expected, did_you_mean(name, _files_beside(path)))
+            raise _unreadable(name, "no such file", expected, hint(name, _files_beside(path)))
         if not path.is_file():
             raise OSError(0, "a folder" if path.is_dir() else "no regular file")
         with path.open("rb") as file:

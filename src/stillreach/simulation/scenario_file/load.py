@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stillreach import _door
+from stillreach._messages import hint, short
 from stillreach.errors import InputError, Mistake, ScenarioFileError
 
 if TYPE_CHECKING:
+    from stillreach._reading import Reading
     from stillreach.simulation.scenario import Scenario
+    from stillreach.simulation.scenario_file.document import Document
 
 SUFFIX = ".toml"
+DIALECT = "http://json-schema.org/draft-07/schema#"
+"""Of the schema: editors of TOML know no later one."""
 
 
 def load(path: str | os.PathLike[str]) -> Scenario:
@@ -26,10 +32,46 @@ def load(path: str | os.PathLike[str]) -> Scenario:
     Raises:
         ScenarioFileError: there is no such file, or something is wrong with it: ``mistakes`` holds everything.
     """
-    from stillreach.simulation.scenario_file.build import scenario_of
     from stillreach.simulation.scenario_file.document import read
 
     return scenario_of(read(*_found(path)))
+
+
+def scenario_of(document: Document) -> Scenario:
+    """The scenario that a file describes.
+
+    Raises:
+        ScenarioFileError: with everything that is wrong with its form, or else with what it means.
+    """
+    from stillreach._reading import WRONG, Reading
+    from stillreach.simulation.scenario_file.tables import SCENARIO
+
+    reading = Reading(document.folder, document.line, document.content)
+    settings = SCENARIO.read(document.content, (), reading)
+    scenario = None if settings is WRONG else _sensible(settings, reading)
+    if scenario is None or reading.mistakes:
+        raise ScenarioFileError(document.name, reading.mistakes)
+    return scenario
+
+
+def _sensible(settings: dict[str, Any], reading: Reading) -> Scenario | None:
+    """The scenario with these arguments; None after recording what they cannot mean together."""
+    from stillreach.simulation.plausible import goals_beyond_reach
+    from stillreach.simulation.scenario import Scenario
+    from stillreach.simulation.scenario_file.meaning import check
+
+    check(settings, reading)
+    if reading.mistakes:
+        return None
+    strict = not settings.pop("allow_outside", False)
+    try:
+        scenario = Scenario(**settings, allow_outside=True)
+    except InputError as error:
+        reading.refused((), error)
+        return None
+    for goal in goals_beyond_reach(scenario) if strict else []:
+        reading.refused((), goal)
+    return None if reading.mistakes else replace(scenario, allow_outside=not strict)
 
 
 @cache
@@ -41,9 +83,11 @@ def scenario_names() -> tuple[str, ...]:
 
 def scenario_schema() -> dict[str, Any]:
     """The JSON schema of scenario files (draft 7), for editors."""
-    from stillreach.simulation.scenario_file.json_schema import schema
+    from stillreach.simulation.scenario_file.tables import SCENARIO
 
-    return schema()
+    definitions: dict[str, Any] = {}
+    whole = SCENARIO.definition(definitions)
+    return {"$schema": DIALECT, "title": "stillreach scenario", "definitions": definitions, **whole}
 
 
 def _ready() -> Path:
@@ -64,13 +108,11 @@ def _found(path: str | os.PathLike[str]) -> tuple[Path, str]:
 
 def _refuse_unknown(name: str) -> None:
     """A word that is neither a file nor a ready scenario."""
-    from stillreach.simulation.scenario_file.words import did_you_mean, short
-
     try:
         if Path(name).exists():
             return
     except (OSError, ValueError):
         pass
     expected = f"a scenario file, or one of {', '.join(scenario_names())}"
-    hint = did_you_mean(name, scenario_names())
-    raise ScenarioFileError(short(name), [Mistake("", "no such file or ready scenario", expected, hint)])
+    near = hint(name, scenario_names())
+    raise ScenarioFileError(short(name), [Mistake("", "no such file or ready scenario", expected, near)])

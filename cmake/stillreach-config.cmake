@@ -1,0 +1,5 @@
+include(${CMAKE_CURRENT_LIST_DIR}/stillreach-targets.cmake)
+get_property(stillreach_languages GLOBAL PROPERTY ENABLED_LANGUAGES)
+if("CXX" IN_LIST stillreach_languages AND NOT TARGET stillreach::dispatch)
+  include(${CMAKE_CURRENT_LIST_DIR}/stillreach-dispatch.cmake)
+endif()

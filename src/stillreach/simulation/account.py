@@ -1,0 +1,129 @@
+"""A summary in words, each with the name of what it tells."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from stillreach._words import direction, shown, shown_angle, shown_length, tidy
+from stillreach.faults import Fault
+from stillreach.simulation.scenario import Scenario
+from stillreach.status import IN_WORDS, Status
+
+if TYPE_CHECKING:
+    from stillreach.simulation.summary import Summary
+
+TOO_FAST = "but drives cannot follow rates above their limits"
+
+
+def account(found: Summary) -> list[tuple[str, str]]:
+    """What a person reads of a run: names and sentences, line by line."""
+    rows = [("arrived", verdict(found)), *([("why", found.why.sentence)] if found.why else [])]
+    rows += [("gave way", _gave_way(found)), *_deviations(found), ("largest rate", _worst_rate(found))]
+    rows += [("faults", text) if k == 0 else ("", text) for k, text in enumerate(fault_lines(found.run.scenario))]
+    return [*rows, ("status", _statuses(found)), ("limited by", _held(found)), ("lost at the end", _lost(found))]
+
+
+def verdict(found: Summary) -> str:
+    """Did the tool arrive?"""
+    if found.run.interrupted:
+        return f"interrupted at {found.end:g} s"
+    away = apart(found, found.goal_distance, found.goal_angle)
+    allowed = apart(found, found.allowed_distance, found.allowed_angle)
+    beyond = f"; {TOO_FAST}" if beyond_limits(found) else ""
+    return f"{'yes' if found.finished else 'NO'}, {away} from the goal (allowed: {allowed}){beyond}"
+
+
+def beyond_limits(found: Summary) -> bool:
+    """Whether a law asked for more than the limits, so that drives would not have done what the run shows."""
+    return str(Status.OVER_LIMIT) in found.statuses
+
+
+def apart(found: Summary, distance: float, angle: float, word: str = ", ") -> str:
+    """A distance [m] and an angle [rad], each where the task asks for it."""
+    parts = [shown_length(distance)] if found.linear else []
+    return word.join([*parts, shown_angle(angle)] if found.angular else parts)
+
+
+def is_late(found: Summary) -> bool:
+    """Whether the tool was far from where it should be mostly because it came later."""
+    return found.linear and found.distance.value > max(found.allowed_distance, 5.0 * found.beside)
+
+
+def fault_groups(scenario: Scenario, names: Sequence[str]) -> list[tuple[str, Fault]]:
+    """Faults in words, those of one kind and time together: ``j2, j4 locked``, each with the first of them.
+
+    Args:
+        scenario: whose faults.
+        names: (n,) what to call its joints.
+    """
+    found: dict[tuple[str, float, float | None], tuple[list[str], Fault]] = {}
+    for fault in scenario.faults:
+        joint = scenario.arm.joint_index(fault.joint)
+        what = fault.kind.sentence(slides=bool(scenario.arm.kinds[joint]))
+        found.setdefault((what, fault.at, fault.until), ([], fault))[0].append(names[joint])
+    return [(f"{', '.join(joints)} {what}", fault) for (what, _, _), (joints, fault) in found.items()]
+
+
+def fault_lines(scenario: Scenario) -> list[str]:
+    """What fails when, a line for each kind and time."""
+    lines = []
+    for text, fault in fault_groups(scenario, scenario.arm.joint_names):
+        since = f"from {fault.at:g} s on" if fault.at else "from the start"
+        lines.append(f"{text} {since}{'' if fault.until is None else f', until {fault.until:g} s'}")
+    return lines or ["none"]
+
+
+def _worst_rate(found: Summary) -> str:
+    """The largest rate against its limit."""
+    unit = found.run.joint_units[found.run.joint_names.index(found.rate_joint)]
+    value = shown(abs(found.rate_value), unit, rate=True)
+    if found.rate is None:
+        return f"{found.rate_joint} {value}, no limit"
+    return f"{tidy(100 * found.rate.value)} % of its limit: {found.rate_joint}, {value} at {found.rate.time:g} s"
+
+
+def _gave_way(found: Summary) -> str:
+    """Which part of the task was farther off than what counts as arrived, and by how much."""
+    amounts = {
+        "position": (shown_length(found.distance.value), shown_length(found.goal_distance)),
+        "orientation": (shown_angle(found.angle.value), shown_angle(found.goal_angle)),
+    }
+    texts = [
+        f"{part} by {most} ({last} at the end)" for part, (most, last) in amounts.items() if part in found.gave_way
+    ]
+    return ", ".join(texts) or "nothing"
+
+
+def _deviations(found: Summary) -> list[tuple[str, str]]:
+    def when(shown: str, time: float) -> str:  # rounding is at its largest at no time in particular
+        return shown if shown.split()[0].rstrip("°") == "0" else f"{shown} at {time:g} s"
+
+    far = [when(shown_length(found.distance.value), found.distance.time)] if found.linear else []
+    far += [when(shown_angle(found.angle.value), found.angle.time)] if found.angular else []
+    error = when(f"{tidy(found.task_error.value)} (weighted twist)", found.task_error.time)
+    beside = [("off its path", f"at most {shown_length(found.beside)}")] if found.linear else []
+    return [("farthest off", "; ".join(far)), *beside, ("task error", error)]
+
+
+def _statuses(found: Summary) -> str:
+    return ", ".join(f"{100 * share:.3g} % {IN_WORDS[Status[name]]}" for name, share in found.statuses.items())
+
+
+def _held(found: Summary) -> str:
+    longest = found.longest
+    if longest is None:
+        return "no joint limit"
+    joint, bound, time = longest
+    others = len(found.held) - 1
+    more = f"; {others} other joint{'s' if others > 1 else ''} for less" if others else ""
+    return f"{joint}, {time:.3g} s at its {bound} limit{more}"
+
+
+def _lost(found: Summary) -> str:
+    if not len(found.lost):
+        weakest = f"{found.singular_values[-1]:.3g}" if len(found.singular_values) else "0"
+        return f"no direction (smallest singular value {weakest})"
+    task = found.run.task
+    along = "" if task.frame == "base" else " (tool axes)"
+    return "; ".join(direction(twist, task.indices, signed=False) for twist in found.lost) + along
