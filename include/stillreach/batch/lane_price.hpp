@@ -10,7 +10,7 @@ template <int M>
 struct LaneVariables {
   using Number = Wide;
   using Where = Lanes;
-  using Factor = LaneFactor<M>;
+  using Matrix = LaneFactor<M>;
   int k;
   const Wide* const* column;
   const Lanes* works;
@@ -48,12 +48,12 @@ struct LaneVariables {
     }
     return changed;
   }
-  STILLREACH_INLINE void gram(Factor& f) const {
+  STILLREACH_INLINE void form(Matrix& f) const {
     for (int i = 0; i < k; ++i) {
       const Lanes free = side[i] == wide(0.0);
       STILLREACH_UNROLL for (int r = 0; r < M; ++r) masked[i * M + r] = select(free, column[i][r], wide(0.0));
     }
-    stillreach::STILLREACH_ISA::gram<M>(masked_column, k, wide(0.0), f);
+    gram<M>(masked_column, k, wide(0.0), f);
   }
   STILLREACH_INLINE void keep(Lanes done) const {
     for (int i = 0; i < k; ++i) answer[i] = select(done, z[i], answer[i]);

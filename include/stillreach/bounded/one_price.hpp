@@ -28,7 +28,7 @@ struct OnePrice {
   T iterations;                // factorisations
   T residual[kStride];         // rhs - A z(u)
   T slack;                     // rounding of A'u
-  typename V::Factor f;        // of the piece's matrix with the damping `at`
+  typename V::Matrix f;        // of the piece's matrix with the damping `at`
   T diagonal[M], at, condition, change;  // change: square of the relative change of u by the last step of kappa
 
   STILLREACH_INLINE OnePrice(V& variables, const T* b, T price, T trace)
@@ -218,7 +218,7 @@ struct OnePrice {
   }
 
   STILLREACH_INLINE void form_piece() {
-    v.gram(f);
+    v.form(f);
     STILLREACH_UNROLL for (int r = 0; r < M; ++r) diagonal[r] = f.gram[r][r];
   }
 
@@ -238,7 +238,7 @@ template <int M>
 struct Variables {
   using Number = double;
   using Where = bool;
-  using Factor = stillreach::STILLREACH_ISA::Factor;
+  using Matrix = Factor;
   int k;
   const double *columns, *lower, *upper;
   double *target, *next, *z, *answer, *side, *speed;  // k each
@@ -269,10 +269,10 @@ struct Variables {
     });
     return changed;
   }
-  STILLREACH_INLINE void gram(Factor& f) const {
+  STILLREACH_INLINE void form(Matrix& f) const {
     int free = 0;
     for (int i = 0; i < k; ++i) index[free] = i, free += side[i] == 0.0;
-    stillreach::STILLREACH_ISA::gram(Rows<M>{M}, columns, index, free, 0.0, f);
+    gram(Rows<M>{M}, columns, index, free, 0.0, f);
   }
   STILLREACH_INLINE void keep(bool) const {
     for (int i = 0; i < k; ++i) answer[i] = z[i];
