@@ -4,6 +4,7 @@
 
 #include "stillreach/batch/lane_box.hpp"
 #include "stillreach/batch/lane_damping.hpp"
+#include "stillreach/batch/lane_price.hpp"
 #include "stillreach/batch/lane_system.hpp"
 #include "stillreach/laws/law.hpp"
 
@@ -112,6 +113,27 @@ inline STILLREACH_NOINLINE Lanes search_box(const LaneProblem& p, LaneSystem& s,
   return found;
 }
 
+// The same with one price.
+template <int M>
+inline STILLREACH_NOINLINE Lanes search_price(const LaneProblem& p, LaneSystem& s, Lanes where, Wide most, const LaneInner<M>& in,
+                                             LaneAnswer& out) {
+  LaneVariables<M> v{s.k, s.column, s.works, s.lower, s.upper, s.z, s.trial, s.length, s.answer, s.side, s.releases, s.shapes, s.masked_column};
+  OnePrice<M, LaneVariables<M>> search(v, s.rhs, most, in.factor.trace);
+  search.begin_at(in.dual);
+  const Lanes found = search.search(where & (most > wide(1e-30)) & (most < wide(1e30)));
+  for (int j = 0; j < s.k; ++j) {
+    const int i = s.joint[j];
+    const Wide rate = s.scale[j] * (s.answer[j] + wide(0.0)), bound = select(s.side[j] > wide(0.0), p.upper[i], p.lower[i]);
+    const Wide free = clamp(select(is_finite(rate), rate, wide(0.0)), p.lower[i], p.upper[i]);
+    const Wide answer = select((s.side[j] != wide(0.0)) & is_finite(bound), bound, free);
+    out.rates[i] = select(s.works[j] & found, answer, out.rates[i]);
+  }
+  out.damping = select(found, search.damping(), out.damping);
+  out.iterations = select(found, search.iterations + wide(1.0), out.iterations);
+  out.status |= flag(found & (out.damping > wide(0.0)), DAMPED);
+  return found;
+}
+
 // affordable() of price.hpp.
 template <int M>
 inline Lanes affordable(const LawSettings& law, Wide typical, const Wide* dual) {
@@ -125,7 +147,7 @@ inline Lanes affordable(const LawSettings& law, Wide typical, const Wide* dual) 
   return all;
 }
 
-// deep: also the lanes whose bounds bite, without prices.
+// deep: also the lanes whose bounds bite, or which cost more than their price.
 template <int M>
 inline Lanes finish_bounded(const LawSettings& law, const LaneProblem& p, LaneSystem& s, Lanes good, bool deep, const LaneInner<M>& in,
                            LaneAnswer& out) {
@@ -136,7 +158,11 @@ inline Lanes finish_bounded(const LawSettings& law, const LaneProblem& p, LaneSy
     const Wide rate = s.scale[j] * (s.z[j] + wide(0.0));
     out.rates[i] = select(s.works[j], clamp(select(is_finite(rate), rate, wide(0.0)), p.lower[i], p.upper[i]), out.rates[i]);
   }
-  if (law.kind == LawKind::LEAST_ERROR && law.parts > 0) return good & inside & affordable<M>(law, p.typical, in.dual);
+  if (law.kind == LawKind::LEAST_ERROR && law.parts > 0) {
+    const Lanes exact = good & inside & affordable<M>(law, p.typical, in.dual), left = except(good, exact);
+    if (!deep || law.parts > 1 || law.capped >= 0 || !any(left)) return exact;
+    return exact | search_price<M>(p, s, left, wide(law.price[0]) * p.typical, in, out);
+  }
   const Lanes search = good & ~inside;
   if (!any(search)) return good;
   good &= inside;

@@ -32,22 +32,12 @@ inline STILLREACH_NOINLINE void cut_weighted(Box& b, Workspace& w) {
 
 // A'u of every variable into b.target, cut to the box into b.z, and what that leaves of rhs into d.residual.
 template <int M>
-inline void rates_of_multiplier(Rows<M> m, const double* rhs, const double* u, Box& b, Workspace& w, Priced& d) {
-  const Pack low = load(u), high = load(u + 4);
-  int i = 0;
-  for (; i + 4 <= b.k; i += 4) {
-    Pack p[4];
-    for (int l = 0; l < 4; ++l) {
-      const double* a = b.columns + (i + l) * kStride;
-      p[l] = madd(load(a + 4), high, load(a) * low);
-    }
-    store(b.target + i, sums(p));
-  }
-  for (; i < b.k; ++i) b.target[i] = dot(m, b.columns + i * kStride, u);
+inline void rates_of_multiplier(Rows<M>, const double* rhs, const double* u, Box& b, Workspace& w, Priced& d) {
+  multiply_columns(b.columns, b.k, u, b.target);
   if (b.weight)
     cut_weighted(b, w);
   else
-    for (i = 0; i < b.k; ++i) b.z[i] = clamp(b.target[i], b.lower[i], b.upper[i]);
+    for (int i = 0; i < b.k; ++i) b.z[i] = clamp(b.target[i], b.lower[i], b.upper[i]);
   residual_of(b.columns, nullptr, b.k, rhs, b.z, d.residual);
 }
 

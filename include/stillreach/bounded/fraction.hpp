@@ -2,8 +2,8 @@
 // box. By duality that is the least of h(y) = sum of max(lower a'y, upper a'y) - fixed'y over y with twist'y = 1, a convex function
 // that is linear piece by piece. The search goes down along edges where columns a lie in the plane y stands on, each time as far
 // as h falls, through many pieces at once (the dual simplex method with bound flipping; Kirillova and others, 1979, Maros, 2003).
-// Up to m - 1 columns lie in the plane (the basis), all others are at the bound that is farther along y. Bases are factored anew
-// at each step by orthogonal vectors, so that neither steps nor small singular values pile up errors.
+// Up to m - 1 columns lie in the plane (the basis), all others are at the bound that is farther along y. Bases are factored by
+// orthogonal vectors, anew from the first column that differs, so that neither steps nor small singular values pile up errors.
 #pragma once
 
 #include "stillreach/bounded/careful.hpp"
@@ -24,9 +24,10 @@ struct Ray {
   int column[kRows];                            // which,
   double part[kRows];                           // their z,
   double basis[kRows][kStride], triangle[kRows][kRows];
+  int fresh = 0;                                // columns whose vectors are right already
   double apart;                                 // the least part that one of them is left with by those before it
   double y[kStride];                            // normal of the plane, twist'y = 1
-  double *slope, *change;                       // k: a'y, and its derivative along the edge
+  double *slope, *change, *distance;            // k: a'y, its derivative along the edge, and how far it is to the end of its side
   double noise;                                 // a length that counts as none
 };
 
@@ -41,22 +42,18 @@ STILLREACH_INLINE double reached(const Box& b, double scale) {
 template <int M>
 inline void factor_basis(Rows<M> m, const Box& b, Ray& ray) {
   ray.apart = 1.0;
-  for (int j = 0; j <= ray.count; ++j) {
+  for (int j = ray.fresh; j <= ray.count; ++j) {
     const double* a = j < ray.count ? b.columns + ray.column[j] * kStride : ray.twist;
-    double* q = ray.basis[j];
+    double *q = ray.basis[j], along[kRows];
     for (int r = 0; r < kStride; ++r) q[r] = r < m() ? a[r] : 0.0;
-    for (int i = 0; i < j; ++i) ray.triangle[i][j] = 0.0;
-    for (int pass = 0; pass < 2; ++pass)
-      for (int i = 0; i < j; ++i) {
-        const double along = dot(m, ray.basis[i], q);
-        ray.triangle[i][j] += along;
-        for (int r = 0; r < m(); ++r) q[r] = madd(-along, ray.basis[i][r], q[r]);
-      }
+    make_orthogonal(m, ray.basis, j, q, along);
     const double length = size_of(m, q);
+    for (int i = 0; i < j; ++i) ray.triangle[i][j] = along[i];
     ray.triangle[j][j] = length;
     ray.apart = smaller(ray.apart, length / size_of(m, a));
     for (int r = 0; r < m(); ++r) q[r] /= length;
   }
+  ray.fresh = ray.count;
 }
 
 // The plane that stands on the basis and is otherwise as near to y as can be.
@@ -69,11 +66,6 @@ inline void stand(Rows<M> m, Ray& ray) {
     for (int r = 0; r < kStride; ++r) ray.y[r] = 0.0;
   const double last = 1.0 / ray.triangle[rows - 1][rows - 1];
   for (int r = 0; r < m(); ++r) ray.y[r] = madd(last, ray.basis[rows - 1][r], ray.y[r]);
-}
-
-template <int M>
-STILLREACH_INLINE void slopes(Rows<M> m, const Box& b, const double* y, double* slope) {
-  for (int i = 0; i < b.k; ++i) slope[i] = dot(m, b.columns + i * kStride, y);
 }
 
 // What columns at their bounds leave for the basis and the twist to do. Those without a bound give nothing.
@@ -97,18 +89,19 @@ template <int M>
 inline bool follow(Rows<M> m, Box& b, const double* along, Ray& ray) {
   const double length = size_of(m, along), least = kAcross * length, flat = length * larger(least, ray.noise);
   double fall = length * length;
-  slopes(m, b, along, ray.change);
+  multiply_columns(b.columns, b.k, along, ray.change);
+  for (int i = 0; i < b.k; ++i) {
+    const double towards = -b.state[i] * ray.change[i];
+    const bool stops = towards > 0.0, endless = magnitude(b.state[i] > 0 ? ray.upper[i] : ray.lower[i]) == infinity();
+    const double end = stops ? larger(b.state[i] * ray.slope[i], 0.0) / towards : endless && b.state[i] != 0 ? 0.0 : infinity();
+    ray.distance[i] = magnitude(towards) > least * b.length[i] ? end : infinity();
+  }
   double at = 0.0;
   while (true) {
     int next = -1;
     double nearest = infinity();
-    for (int i = 0; i < b.k; ++i) {
-      const double towards = -b.state[i] * ray.change[i];
-      if (!(magnitude(towards) > least * b.length[i])) continue;
-      const bool stops = towards > 0.0, endless = magnitude(b.state[i] > 0 ? ray.upper[i] : ray.lower[i]) == infinity();
-      const double distance = stops ? larger(b.state[i] * ray.slope[i], 0.0) / towards : endless && b.state[i] != 0 ? 0.0 : infinity();
-      if (distance < nearest) nearest = distance, next = i;
-    }
+    for (int i = 0; i < b.k; ++i)
+      if (ray.distance[i] < nearest) nearest = ray.distance[i], next = i;
     if (next < 0) {
       for (int i = 0; i < b.k; ++i)
         if (b.state[i] * ray.slope[i] < 0.0) b.state[i] = static_cast<std::int8_t>(-b.state[i]);
@@ -122,7 +115,7 @@ inline bool follow(Rows<M> m, Box& b, const double* along, Ray& ray) {
       for (int r = 0; r < m(); ++r) ray.y[r] = madd(at, along[r], ray.y[r]);
       return true;
     }
-    b.state[next] = static_cast<std::int8_t>(-b.state[next]);
+    b.state[next] = static_cast<std::int8_t>(-b.state[next]), ray.distance[next] = infinity();
   }
 }
 
@@ -159,7 +152,7 @@ inline bool leave(Box& b, Ray& ray) {
   if (worst < 0) return false;
   const int i = ray.column[worst];
   b.state[i] = ray.part[worst] > ray.upper[i] ? 1 : -1;
-  --ray.count;
+  --ray.count, ray.fresh = worst;
   for (int j = worst; j < ray.count; ++j) ray.column[j] = ray.column[j + 1];
   return true;
 }
@@ -181,7 +174,7 @@ inline double lower_plane(Rows<M> m, Box& b, Ray& ray) {
       make_orthogonal(m, ray.basis, ray.count + 1, along);
       const double length = size_of(m, along);
       if (length > ray.noise) {
-        slopes(m, b, ray.y, ray.slope);
+        multiply_columns(b.columns, b.k, ray.y, ray.slope);
         if (follow(m, b, along, ray)) continue;
         if (length > kMissed * ray.noise) return -infinity();
       }
@@ -217,9 +210,9 @@ inline void start_ray(Rows<M> m, const double* normal, Box& b, Ray& ray) {
     if (ray.apart > kApart)
       stand(m, ray);
     else
-      ray.count = 0;
+      ray.count = ray.fresh = 0;
   }
-  slopes(m, b, ray.y, ray.slope);
+  multiply_columns(b.columns, b.k, ray.y, ray.slope);
   for (int i = 0; i < b.k; ++i) b.state[i] = ray.slope[i] > 0.0 ? 1 : -1;
   for (int j = 0; j < ray.count; ++j) b.state[ray.column[j]] = 0;
 }

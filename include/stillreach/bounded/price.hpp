@@ -69,6 +69,15 @@ STILLREACH_INLINE void spend(Rows<M> m, const Priced& d, double* v) {
   }
 }
 
+// On which side a variable is whose rate A'u would be `target`; what differs from before, `was`, by no more than rounding stays.
+template <class T>
+STILLREACH_INLINE T side_of(T was, T target, T lower, T upper, T slack) {
+  const T zero = fill<T>(0.0), over = target - upper, under = lower - target;
+  const T off = select(was > zero, -over, select(was < zero, -under, larger(over, under)));
+  const T now = select(over > zero, fill<T>(1.0), select(under > zero, fill<T>(-1.0), zero));
+  return select(off > slack, now, was);
+}
+
 // v with the rows of part g alone.
 template <int M>
 STILLREACH_INLINE void only_part(Rows<M> m, const Priced& d, int g, const double* v, double* part) {

@@ -13,7 +13,6 @@ constexpr double kConfirmed = 4.0;      // a gap of so many times what is enough
 constexpr int kUndisturbed = 8;         // and before the best answer so far may do
 constexpr double kLoose = 0.02;        // relative error of |u_g| on a piece that may not be the last
 constexpr double kRestRounding = 16.0;  // a right-hand side that no column reaches counts from so many times the rounding
-constexpr double kPieceCondition = 1e8; // condition number of a damped Gram matrix that is trusted
 
 // The free variables from the multiplier by singular values: z = V diag(sigma) U'u. Where sigma is large it comes from the residual instead,
 // because u, which may be large, is rounded.

@@ -2,12 +2,11 @@
 // by Newton's method on 1 / |u_g| as a function of kappa (More and Sorensen, 1983), one factorisation a step.
 #pragma once
 
-#include "stillreach/bounded/price.hpp"
+#include "stillreach/bounded/one_price.hpp"
 
 STILLREACH_BEGIN
 
 constexpr int kRegionSteps = 40;
-constexpr double kTight = 4e-15;  // relative error of |u_g| that is rounding
 
 // A_F A_F' + diag kappa by its Gram matrix.
 template <int M>

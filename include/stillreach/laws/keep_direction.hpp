@@ -93,7 +93,7 @@ template <int M>
 inline double search_fraction(Rows<M> m, const double* fixed, const double* twist, const std::int8_t* active, bool solved, Workspace& w,
                               Box& b, Inner& in) {
   Ray ray;
-  ray.fixed = fixed, ray.twist = twist, ray.slope = w.shapes, ray.change = w.shapes + b.k;
+  ray.fixed = fixed, ray.twist = twist, ray.slope = w.shapes, ray.change = w.shapes + b.k, ray.distance = w.shapes + 4 * b.k;
   ray.count = last_basis(m() - 1, active, w, b.k, ray.column);
   const double scale = size_of(m, twist) + size_of(m, fixed);
   double rhs[kStride];

@@ -243,6 +243,28 @@ inline void keep_ceiling(Rows<M> m, const LawSettings& law, const double* rhs, d
   }
 }
 
+// The ordinary search of one price, in as many rows as the compiler knows. False: that is not enough.
+template <int M>
+inline bool search_one_price(Rows<M>, const double* rhs, const Inner& in, bool warm, Box& b, Priced& d) {
+  if constexpr (M == 0) {
+    return false;
+  } else {
+    if (d.parts != 1 || b.weight || in.way != InnerWay::WIDE) return false;
+    double* const more = b.work;
+    Variables<M> v{b.k, b.columns, b.lower, b.upper, b.target, more, more + b.k, b.z, more + 2 * b.k, more + 3 * b.k, b.index};
+    OnePrice<M, Variables<M>> search(v, rhs, d.most[0], in.factor.trace);
+    search.begin_at(warm ? d.u : in.dual), search.kappa = warm ? d.kappa[0] : 0.0;
+    const bool found = search.search(true);
+    b.iterations += static_cast<int>(search.iterations);
+    if (!found) return false;
+    for (int i = 0; i < b.k; ++i) b.state[i] = static_cast<std::int8_t>(v.side[i]);
+    for (int r = 0; r < M; ++r) d.u[r] = search.u[r];
+    d.kappa[0] = search.damping();
+    afford(Rows<M>{M}, d, d.u);
+    return true;
+  }
+}
+
 template <int M>
 inline void least_error(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
   System s;
@@ -266,10 +288,15 @@ inline void least_error(Rows<M> m, const LawSettings& law, const Problem& p, Wor
   } else {
     const bool known = out.multiplier && out.multiplier->known;
     const double own = law.capped >= 0 ? d.most[law.capped] : 1.0;
+    double kappa;
     start_price(m, law, s, out.multiplier, d);
-    search_price(m, rhs, known, !known && in.way == WIDE && affordable(m, d, in.dual) ? in.dual : nullptr, b, w, d);
-    if (law.capped >= 0) keep_ceiling(m, law, rhs, ceiling_of(law, s, own), own, own * (law.beyond / law.price[law.capped]), b, w, d);
-    const double kappa = damping_that_counts(m, rhs, b, d);
+    if (law.capped < 0 && search_one_price(m, rhs, in, known, b, d)) {
+      kappa = d.kappa[0];
+    } else {
+      search_price(m, rhs, known, !known && in.way == InnerWay::WIDE && affordable(m, d, in.dual) ? in.dual : nullptr, b, w, d);
+      if (law.capped >= 0) keep_ceiling(m, law, rhs, ceiling_of(law, s, own), own, own * (law.beyond / law.price[law.capped]), b, w, d);
+      kappa = damping_that_counts(m, rhs, b, d);
+    }
     out.damping = kappa > 0.0 ? kappa * s.unit_a * s.unit_a : 0.0;
     keep_multiplier(m, s, d, d.u, law.capped >= 0 ? d.most[law.capped] / own : 1.0, out.multiplier);
     if (out.damping > 0.0) out.status |= DAMPED;

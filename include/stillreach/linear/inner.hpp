@@ -37,6 +37,21 @@ STILLREACH_INLINE void residual_of(const double* columns, const int* index, int 
   store(residual + 4, high);
 }
 
+// to = A'u, u with zeros behind.
+STILLREACH_INLINE void multiply_columns(const double* columns, int count, const double* u, double* to) {
+  const Pack low = load(u), high = load(u + 4);
+  const auto along = [&](int i) { return madd(load(columns + i * kStride + 4), high, load(columns + i * kStride) * low); };
+  int i = 0;
+  for (; i + 4 <= count; i += 4) {
+    Pack p[4] = {along(i), along(i + 1), along(i + 2), along(i + 3)};
+    store(to + i, sums(p));
+  }
+  for (; i < count; ++i) {
+    const Pack p = along(i);
+    to[i] = (p[0] + p[2]) + (p[1] + p[3]);
+  }
+}
+
 STILLREACH_INLINE int refinements(double condition, double plain) { return condition <= plain ? 0 : condition <= kTwiceCondition ? 1 : 2; }
 
 // plain: condition number up to which nothing is refined.
