@@ -29,7 +29,7 @@ struct OnePrice {
   T residual[kStride];         // rhs - A z(u)
   T slack;                     // rounding of A'u
   typename V::Matrix f;        // of the piece's matrix with the damping `at`
-  T diagonal[M], at, condition, change;  // change: square of the relative change of u by the last step of kappa
+  T diagonal[kRows], at, condition, change;  // change: square of the relative change of u by the last step of kappa
 
   STILLREACH_INLINE OnePrice(V& variables, const T* b, T price, T trace)
       : v(variables), rhs(b), most(price), inverse_most(1.0 / price), longest(square_root(trace)), rhs_size(size_of(b)) {
@@ -68,7 +68,7 @@ struct OnePrice {
   // Newton's step of kappa from `at` towards |x| = Y for x = (G + at)^-1 c, with Halley's correction, not past what is sure. Makes x the
   // multiplier there.
   STILLREACH_INLINE T damped_step(Where active, T size, T* x) {
-    T w[M], y[M];
+    T w[kRows], y[kRows];
     solve<M, T>(f, x, w), solve<M, T>(f, w, y);
     const T square = size * size, q = product(x, w), p = product(w, w), inverse_q = 1.0 / q, inverse_square = 1.0 / square;
     const T newton = madd(size, inverse_most, fill<T>(-1.0)) * square * inverse_q;
@@ -87,7 +87,7 @@ struct OnePrice {
     int round = 0;
     do {
       factor_piece(open);
-      T x[M];
+      T x[kRows];
       STILLREACH_UNROLL for (int r = 0; r < M; ++r) x[r] = madd(-at, u[r], residual[r]);
       solve<M, T>(f, x, x);
       STILLREACH_UNROLL for (int r = 0; r < M; ++r) x[r] += u[r];
@@ -166,7 +166,7 @@ struct OnePrice {
   // Newton's step for u and kappa together with the matrix at hand, added to the rates, which leave `left`: they keep digits that A'u
   // does not have.
   STILLREACH_INLINE void polish(Where done, const T* left) {
-    T h[kStride], w[M], step = fill<T>(0.0);
+    T h[kStride], w[kRows], step = fill<T>(0.0);
     for (int r = 0; r < kStride; ++r) h[r] = r < M ? madd(-kappa, u[r], left[r]) : fill<T>(0.0);
     solve<M, T>(f, h, h);
     const Where damped = done & (kappa > fill<T>(0.0));
