@@ -85,7 +85,7 @@ class Scenario:
         description: what it shows, for readers; `stillreach run` prints its first paragraph.
 
     Raises:
-        InputError: an argument is none of this.
+        InputError: if an argument is invalid.
         UnknownJointError: a fault names a joint that the arm does not have.
     """
 
@@ -162,7 +162,7 @@ class Scenario:
         """A new controller as the scenario describes it, nothing failed yet.
 
         Raises:
-            InputError: one of its settings is not what it should be.
+            InputError: if a setting is invalid.
         """
         settings = {name: getattr(self, name) for name in CONTROLLER_SETTINGS}
         return Controller(self.arm, track_gain=self.track_gain, **settings)
