@@ -46,7 +46,7 @@ format: $(STAMPS)/test  ## let ruff put the Python files in order, and clang-for
 	$(BIN)/ruff check --fix $(LINTED)
 	$(BIN)/ruff format $(LINTED)
 
-bench: dev  ## time a tick and a batch from Python, with ratios to what others do and what the machine can
+bench: dev  ## time a tick, beside one peer, and a batch from Python
 	$(BIN)/python -m bench.tick
 	$(BIN)/python -m bench.batch
 
@@ -62,7 +62,7 @@ instructions: $(STAMPS)/wheel  ## count the instructions of every kind of tick a
 	$(CMAKE) --build build/cpp --target ticks
 	$(BIN)/python -m bench.instructions --store build/cpp/tests/cpp/ticks
 
-why: dev  ## measure what docs/why-it-is-fast.md tells and write it there (needs valgrind); ARGS="--help" for more
+why: dev  ## measure the tables of docs/why-it-is-fast.md and write them there (needs valgrind); ARGS="--help" for more
 	$(BIN)/python -m bench.why $(ARGS)
 
 wheel: $(STAMPS)/all $(STAMPS)/wheel  ## build the wheel and install it into .venv

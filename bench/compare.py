@@ -17,10 +17,11 @@ from bench.field import Peer, interleave
 from bench.page import put
 from bench.peers import BATCHES, ENTRIES, TICKS, Entry
 from bench.problem import Problem, make_batch, make_problem
-from bench.report import report, requirements
+from bench.report import report, requirements, short_table
 from bench.timing import machine_note, pin_to_one_core
 
-README = Path(__file__).parents[1] / "README.md"
+ROOT = Path(__file__).parents[1]
+README, PAGE = ROOT / "README.md", ROOT / "docs" / "why-it-is-fast.md"
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,11 @@ def arguments(given: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--quick", action="store_true", help="less work, for seconds instead of minutes")
     parser.add_argument("--peers", metavar="A,B", help=f"only these, and ours: {', '.join(ENTRIES)}")
     parser.add_argument("--seconds", type=float, metavar="S", help=f"time for each table (default {FULL.seconds:g})")
-    parser.add_argument("--write", action="store_true", help="put the tables into the README; needs a full run")
+    parser.add_argument(
+        "--write",
+        action="store_true",
+        help="put the tables into the pages; needs a full run",
+    )
     asked = parser.parse_args(given)
     unknown = [key for key in (asked.peers or "").split(",") if key and key not in ENTRIES]
     if unknown:
@@ -89,8 +94,9 @@ def main() -> None:
     text = report(*tables, len(ticks), size.rows, cores, notes | {machine_note(cores)})
     print(text, "\nRequired of a single tick:\n", *requirements(tables[0]), sep="\n")
     if asked.write:
-        put(README, "bench-peers", text)
-        say(f"written: {README.name}")
+        put(README, "bench-peers", short_table(tables[0]))
+        put(PAGE, "bench-peers", text)
+        say(f"written: {README.name}, {PAGE.name}")
 
 
 def race(

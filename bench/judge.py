@@ -43,7 +43,7 @@ class Verdict:
 
 
 def judge(problem: Problem, rates: np.ndarray) -> Verdict:
-    """Rates (ticks, n) [rad/s]. Rates that are no numbers count as wrong in every respect."""
+    """Rates (ticks, n) [rad/s]. NaN rates count as wrong in every respect."""
     if rates.shape != problem.q.shape:
         raise ValueError(f"rates have shape {rates.shape}, expected {problem.q.shape}")
     over = np.max(np.abs(rates[:, problem.working]), axis=1) / problem.limit - 1.0

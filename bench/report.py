@@ -14,6 +14,8 @@ LEGEND = (
 )
 BOUND_RATIO, NEW_RATIO, QP_RATIO = 10.0, 6.0, 80.0
 """Required: our time with bound buffers and with a new array under the fastest peer's, and under Pink's and mink's."""
+SHORT = ("default-bound", "ours-bound", "pinocchio-daqp", "placo", "pink", "mink")
+"""The lines of the README's table."""
 HEAD = "over the limit", "locked joint moved", "feasible missed", "excess error: mean (worst)"
 
 
@@ -47,6 +49,19 @@ def table(peers: list[Peer], unit: str) -> str:
         cells = [title, f"{peer.best:.2f}", f"{peer.median:.2f}", ratio, over, str(verdict.locked_moved)]
         lines.append([*cells, f"{verdict.missed} of {verdict.feasible}", excess])
     return markdown(("", f"min [{unit}]", f"median [{unit}]", "times ours", *HEAD), lines)
+
+
+def short_table(ticks: list[Peer]) -> str:
+    """The README's: time, ratio to our default law, and error above the least possible."""
+    by_key = {peer.entry.key: peer for peer in ticks if peer.times}
+    shown = [by_key[key] for key in SHORT if key in by_key]
+    lines = []
+    for peer in shown:
+        assert peer.verdict is not None
+        worst = peer.verdict.worst_excess
+        excess = "0" if worst <= 1e-6 else f"{100 * peer.verdict.excess:.2g} % (worst {100 * worst:.2g} %)"
+        lines.append([peer.entry.title, f"{peer.best:.2f}", f"{peer.best / shown[0].best:.1f}", excess])
+    return markdown(("one tick from Python", "µs", "times ours", "excess error, mean"), lines)
 
 
 def requirements(ticks: list[Peer]) -> list[str]:

@@ -134,6 +134,7 @@ static void each_memory(stillreach::ControllerState& s, int n, Visit visit) {
   visit(&s.transition, 1);
   visit(s.multiplier.u, 6);
   visit(s.multiplier.kappa, stillreach::kParts);
+  visit(&s.multiplier.raised, 1);
   visit(&s.multiplier.known, 1);
   visit(s.active, n);
   visit(s.closing, n);
@@ -404,10 +405,11 @@ void bind_controller(nb::module_& m) {
         nb::sig("def bind(self, *, q: numpy.typing.NDArray[numpy.float64], twist: numpy.typing.NDArray[numpy.float64], rates: "
                 "numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64] | None = None, period: "
                 "numpy.typing.NDArray[numpy.float64] | None = None) -> collections.abc.Callable[[], stillreach.status.Status]"),
-        "Binds arrays once: the returned tick() reads q (n,) and twist (6,), with target (4, 4) the pose to track and twist the "
-        "feedforward, with period (1,) how long the rates are held [s], writes rates (n,) in place and returns the Status. It "
-        "raises no Exception: input that is not finite, a target that is no pose and a period that is not above 0 are answered with "
-        "INVALID_INPUT and braking. Ctrl-C in a gradient is raised, and the tick is left out. Inputs are read before rates are written, so that the arrays may overlap.");
+        "Binds arrays once and returns a function tick() for a loop.\n\n"
+        "Each call reads q (n,), twist (6,), and, if given, target (4, 4), the pose to track with twist as feedforward, and period (1,) "
+        "[s], for which the rates are held. It writes rates (n,) in place and returns the Status. It raises no Exception: non-finite "
+        "input, an invalid target and a period that is not positive give INVALID_INPUT and braking. Ctrl-C in a gradient is raised, and "
+        "the tick is left out. Inputs are read before rates are written, so the arrays may overlap.");
   c.def("_set_fault", &set_fault, nb::arg("joint"), nb::arg("health"), nb::arg("first"), nb::arg("second"));
   c.def("_working_rates", &working_rates, nb::arg("limits"),
         nb::sig("def _working_rates(self, limits: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]"));

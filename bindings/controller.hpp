@@ -8,7 +8,7 @@ struct NullMotion {
   stillreach::NullMotionKind kind;
   double gain, largest;
   std::vector<double> vector;  // n
-  nb::object gradient;         // a callable q -> (n,); invalid where there is none
+  nb::object gradient;         // a callable q -> (n,); invalid without one
 };
 
 struct Controller {
@@ -23,7 +23,7 @@ struct Controller {
   std::vector<double> measured, proposed;  // leased to one call at a time
   std::vector<std::int8_t> active;
   stillreach::Answer answer{};
-  nb::object gradient;               // the null motion's, evaluated before each tick; invalid where there is none
+  nb::object gradient;               // the null motion's, evaluated before each tick; invalid without one
   std::unique_ptr<NullMotion> next;  // the null motion from the next tick on, where it was set since the last one
   nb::object labels;                 // _door.Labels of the joints
 

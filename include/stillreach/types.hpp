@@ -161,6 +161,7 @@ struct Problem {
 struct Multiplier {
   double u[6];           // m
   double kappa[kParts];  // of each part: |error| / Y, in the units of J J'
+  double raised;         // by this factor a ceiling raised the price of its part
   int known;             // 0: nothing
 };
 

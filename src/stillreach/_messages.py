@@ -19,7 +19,7 @@ LONGEST, COMPARED = 100, 1000
 
 
 def nearest(word: Any, choices: Iterable[str]) -> str | None:
-    """The choice that is nearly the word, whatever its case, ``_``, ``-`` and spaces; None where there is none.
+    """The choice nearest to the word, ignoring case, ``_``, ``-`` and spaces, or None.
 
     A choice that differs in digits alone is another thing, not a misspelling: ``joint9`` is not meant for ``joint7``.
     """

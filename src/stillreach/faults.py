@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 
 from stillreach import _door
 from stillreach._forms import INF, JointName, Number, Sign
-from stillreach._kinds import Kind, Table, about, key, keys_of
+from stillreach._kinds import Kind, key, keys_of
 from stillreach._reading import Reading
+from stillreach._tables import Table, about
 from stillreach.errors import InputError
 from stillreach.status import Health
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from stillreach import _door
 from stillreach._labels import Labels
 from stillreach.errors import InputError
+from tests.refusals import refused
 
 THREE = Labels("joint", ("a", "b", "c"))
 HUGE = 10**400  # an integer, but no float64
@@ -107,7 +108,7 @@ def test_one_number_stands_for_all():
 def test_one_number_is_refused_where_each_is_its_own():
     assert _door.vector("q", [1, 2], 2, one_for_all=False).tolist() == [1.0, 2.0]
     for one in (0.0, np.array(1.0)):
-        with pytest.raises(InputError, match=r"expected 2 finite numbers$"):
+        with refused("q", "2"):
             _door.vector("q", one, 2, one_for_all=False)
 
 
@@ -166,7 +167,7 @@ def test_infinite_entries_where_they_are_legal():
 
 @pytest.mark.skipif(np.finfo(np.longdouble).max == np.finfo(float).max, reason="no wider float")
 def test_a_number_too_large_for_float64_is_infinite():
-    with pytest.raises(InputError, match=r"got inf"):
+    with refused("it", "inf"):
         _door.vector("it", np.full(2, np.finfo(np.longdouble).max), 2)
 
 
@@ -177,9 +178,9 @@ def test_a_matrix_of_a_given_shape():
     assert not got.flags.writeable
     assert _door.matrix("it", [[1, 2]], (None, 2)).shape == (1, 2)
     for value in ([[1, 2]], [1, 2, 3], np.ones((3, 2)), np.ones((1, 2, 3))):
-        with pytest.raises(InputError, match=r"expected a matrix \(2, 3\) of finite numbers"):
+        with refused("it", "(2, 3)"):
             _door.matrix("it", value, (2, 3))
-    with pytest.raises(InputError, match=r"expected a matrix \(any, 2\) of finite numbers"):
+    with refused("it", "(any, 2)"):
         _door.matrix("it", [[1, 2, 3]], (None, 2))
 
 
@@ -213,7 +214,7 @@ def test_positive(value, options, ok):
         assert type(got) is float
         assert got == value
     else:
-        with pytest.raises(InputError, match=r"expected a (finite )?number (above|of at least) 0"):
+        with refused("it", " 0"):
             _door.positive("it", value, **options)
 
 
@@ -222,22 +223,19 @@ def test_count():
     assert type(_door.count("it", np.int64(3))) is int
     assert _door.count("it", 0, minimum=0) == 0
     for value in (0, -1, 1.0, np.float64(2), [2], np.array([2])):
-        with pytest.raises(InputError, match=r"expected an integer of at least 1"):
+        with refused("it", " 1"):
             _door.count("it", value)
 
 
 def test_choice_suggests_the_nearest_word():
     assert _door.choice("norm", "inf", ("inf", "2")) == "inf"
     assert type(_door.choice("norm", np.str_("inf"), ("inf", "2"))) is str
-    with pytest.raises(InputError) as caught:
+    with refused("damping", "'Closed form'", "'exact', 'closed-form'", "did you mean 'closed-form'?"):
         _door.choice("damping", "Closed form", ("exact", "closed-form"))
-    assert str(caught.value) == (
-        "damping: got 'Closed form', expected one of 'exact', 'closed-form' (did you mean 'closed-form'?)"
-    )
-    with pytest.raises(InputError, match=r"got 'EXACT', .* \(did you mean 'exact'\?\)"):
+    with refused("damping", "'EXACT'", "did you mean 'exact'?"):
         _door.choice("damping", "EXACT", ("exact", "closed-form"))
     for value in ("zzz", 2, None):
-        with pytest.raises(InputError, match=r"expected one of 'inf', '2'$"):
+        with refused("norm", "'inf', '2'"):
             _door.choice("norm", value, ("inf", "2"))
 
 
@@ -245,7 +243,7 @@ def test_unit_vector():
     np.testing.assert_allclose(_door.unit_vector("it", [3, 0, -4]), [0.6, 0, -0.8], rtol=1e-15)
     assert _door.unit_vector("it", [0, -2], n=2).tolist() == [0, -1]
     for value in ([0, 0, 0], [0.0, -0.0, 0], [1, 2], 1.0, [[1, 0, 0]]):
-        with pytest.raises(InputError, match=r"expected 3 finite numbers, not all zero"):
+        with refused("it", "3"):
             _door.unit_vector("it", value)
 
 
@@ -276,7 +274,7 @@ def test_a_rotation_is_within_1e_5_of_the_nearest(off):
     T = np.eye(4)
     T[0, 1] = off
     if off > 2e-5:
-        with pytest.raises(InputError, match=r"off by 2.1e-05, expected a rigid transform .*orthonormal to 1e-05"):
+        with refused("it", "2.1e-05", "1e-05"):
             _door.pose("it", T)
     else:
         half = off if off < 1e-12 else off / 2

@@ -34,7 +34,7 @@ def test_every_error_class_of_the_module_is_tried_here():
 
 
 def test_builtin_handlers_catch_them_too():
-    with pytest.raises(ValueError, match="q: got nan at index 1, expected 3 finite numbers"):
+    with pytest.raises(ValueError, match=r"^q: "):
         raise ALL[0]
     with pytest.raises(ValueError, match="j9"):
         raise ALL[1]

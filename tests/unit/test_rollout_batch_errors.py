@@ -5,6 +5,7 @@ import pytest
 
 import stillreach as sr
 from stillreach.errors import InputError
+from tests.refusals import refused
 
 N, T = 4, 5
 ARM = sr.arms.nasa_modular()
@@ -67,22 +68,22 @@ def test_it_is_named(given, argument):
 
 def test_weights_that_contradict_or_do_not_fit():
     law = sr.LeastError(weights=sr.Weights(length=0.2))
-    with pytest.raises(InputError, match=r"^weights: "):
+    with refused("weights"):
         roll(GOOD | {"law": law, "task": sr.Task(weights=sr.Weights(length=0.1))})
-    with pytest.raises(InputError, match=r"^weights\.joints: "):
+    with refused("weights.joints"):
         roll(GOOD | {"law": sr.LeastError(weights=sr.Weights(joints=np.ones(3)))})
 
 
 @pytest.mark.parametrize("record", ["q", "rates", "task_error", "status"])
 def test_records_that_no_memory_holds(record):
-    with pytest.raises(InputError, match=rf"^record: got {record} of \({N}, 1000000000000"):
+    with refused("record", record, f"({N}, 1000000000000"):
         roll(GOOD | {"record": record, "steps": 10**12, "twist": np.zeros(6)})
 
 
 def test_typos_are_met_with_the_word():
-    with pytest.raises(InputError, match=r"record: got 'rate', expected one of .*did you mean 'rates'"):
+    with refused("record", "'rate'", "did you mean 'rates'"):
         roll(GOOD | {"record": "rate"})
-    with pytest.raises(InputError, match=r"integrator: got 'eular', expected one of .*did you mean 'euler'"):
+    with refused("integrator", "'eular'", "did you mean 'euler'"):
         roll(GOOD | {"integrator": "eular"})
 
 

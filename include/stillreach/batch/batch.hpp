@@ -139,7 +139,7 @@ inline LimitedStatus limited_bounds(const Batch& b, std::ptrdiff_t row, double* 
   return {status, runaway};
 }
 
-// Rows that are no question: a number that is none, or bounds that leave no rate.
+// Invalid rows: NaN or infinite inputs, or contradictory bounds.
 inline bool answerable(const Batch& b, std::ptrdiff_t row) {
   const int n = b.arm.n;
   double doubt = 0.0;
@@ -173,7 +173,7 @@ inline void write_single(const Batch& b, std::ptrdiff_t row, const Answer& out) 
   if (b.iterations) b.iterations[row] = out.iterations;
 }
 
-// At rest, as far as the bounds let it: what a row gets that is no question.
+// The result of an invalid row: rates of 0, or the nearest values inside the bounds.
 inline void write_invalid(const Batch& b, std::ptrdiff_t row, double* rates, std::int8_t* active) {
   const int n = b.arm.n;
   const double *low = b.lower + row * b.bounds_stride, *high = b.upper + row * b.bounds_stride;
@@ -291,7 +291,7 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
     point(b.q, n);
     load_lanes(from, n, w.q);
     arm_kinematics(b.arm, static_cast<const Wide*>(w.q), w.system.shapes, pose, w.jacobian);  // shapes: free until then
-    for (int r = 9; r < 12; ++r) doubt += pose[r] - pose[r];  // any q that is no number ends up here
+    for (int r = 9; r < 12; ++r) doubt += pose[r] - pose[r];  // a NaN in q ends up here
     if (!b.every_row) {
       for (int i = 0; i < n; ++i)
         for (int r = 0; r < M; ++r) w.task_jacobian[M * i + r] = w.jacobian[6 * i + b.rows[r]];

@@ -13,10 +13,10 @@ struct Priced {
   const std::int8_t* part;   // of each row
   double most[kParts];       // Y_g
   double kappa[kParts];      // |error of g| / Y_g, the damping
-  double least[kParts];      // of kappa: 0, or an error that is rounding, where that keeps equations regular
   double u[kStride];         // the multiplier, zeros behind
   double residual[kStride];  // b - A z(u)
   double excess;             // relative error of the |u_g| that should be Y_g
+  double rhs_size, longest;  // |b|, and of the columns
   double slack;              // rounding of A'u,
   double noise;              // of the residual of rates that are A'u,
   double rounding;           // and of the residual of any rates

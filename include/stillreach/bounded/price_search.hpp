@@ -2,164 +2,18 @@
 // there, goes to its maximum (trust_region.hpp) and searches along the segment between; a concave function of finitely many pieces.
 #pragma once
 
-#include "stillreach/bounded/trust_region.hpp"
+#include "stillreach/bounded/climb.hpp"
+#include "stillreach/bounded/interior.hpp"
 
 STILLREACH_BEGIN
 
 constexpr int kPriceSteps = 60;         // most pieces
 constexpr int kPatience = 20;           // of which without singular values,
-constexpr double kConfirmed = 1e4;      // a gap of so many times what is enough is not rounding
+constexpr double kConfirmed = 4.0;      // a gap of so many times what is enough is not rounding
 constexpr int kUndisturbed = 8;         // and before the best answer so far may do
-constexpr double kLoose = 0.1;          // relative error of |u_g| on a piece that may not be the last
+constexpr double kLoose = 0.02;        // relative error of |u_g| on a piece that may not be the last
 constexpr double kRestRounding = 16.0;  // a right-hand side that no column reaches counts from so many times the rounding
 constexpr double kPieceCondition = 1e8; // condition number of a damped Gram matrix that is trusted
-
-// Under a full weight W the rates of a multiplier are a bounded problem of their own: z = argmin over the box of z'Wz / 2 - t'z for t in
-// b.target. w.whole: W's factor. b.state: where its search starts, and the bounds it ends at;
-// w.held: what it was.
-inline STILLREACH_NOINLINE void cut_weighted(Box& b, Workspace& w) {
-  const double nothing[kStride] = {0, 0, 0, 0, 0, 0, 0, 0};
-  double *centre = w.limit, *zeros = w.shapes;
-  for (int i = 0; i < kStride * b.k; ++i) zeros[i] = 0.0;
-  for (int i = 0; i < b.k; ++i) centre[i] = b.target[i], w.held[i] = b.state[i];
-  solve_triangle(b.k, w.whole, false, 1, centre);
-  solve_triangle(b.k, w.whole, true, 1, centre);
-  Box own = b;
-  own.columns = own.length = zeros, own.kappa = 1.0, own.lower = w.other, own.upper = w.extent, own.z = w.second, own.target = w.third;
-  for (int i = 0; i < b.k; ++i) w.other[i] = b.lower[i] - centre[i], w.extent[i] = b.upper[i] - centre[i];
-  Inner in;
-  solve_box(Rows<0>{1}, nothing, own, in, false);
-  b.iterations = own.iterations;
-  for (int i = 0; i < b.k; ++i) {
-    const double bound = b.state[i] > 0 ? b.upper[i] : b.lower[i];
-    b.z[i] = b.state[i] != 0 ? bound : clamp(centre[i] + own.z[i], b.lower[i], b.upper[i]);
-  }
-}
-
-// A'u of every variable into b.target, cut to the box into b.z, and what that leaves of rhs into d.residual.
-template <int M>
-inline void rates_of_multiplier(Rows<M> m, const double* rhs, const double* u, Box& b, Workspace& w, Priced& d) {
-  const Pack low = load(u), high = load(u + 4);
-  int i = 0;
-  for (; i + 4 <= b.k; i += 4) {
-    Pack p[4];
-    for (int l = 0; l < 4; ++l) {
-      const double* a = b.columns + (i + l) * kStride;
-      p[l] = madd(load(a + 4), high, load(a) * low);
-    }
-    store(b.target + i, sums(p));
-  }
-  for (; i < b.k; ++i) b.target[i] = dot(m, b.columns + i * kStride, u);
-  if (b.weight)
-    cut_weighted(b, w);
-  else
-    for (i = 0; i < b.k; ++i) b.z[i] = clamp(b.target[i], b.lower[i], b.upper[i]);
-  residual_of(b.columns, nullptr, b.k, rhs, b.z, d.residual);
-}
-
-template <int M>
-inline double longest_column(Rows<M> m, const Box& b) {
-  double square = 0.0;
-  for (int i = 0; i < b.k; ++i) square = larger(square, dot(m, b.columns + i * kStride, b.columns + i * kStride));
-  return square_root(square);
-}
-
-// Rounding of A'u and of the residual at the present multiplier. longest: of the columns.
-template <int M>
-inline void measure_rounding(Rows<M> m, double rhs_size, double longest, const Box& b, Priced& d) {
-  double most = 0.0;
-  for (int i = 0; i < b.k; ++i) most = larger(most, magnitude(b.z[i]));
-  d.slack = 1e-15 * longest * size_of(m, d.u), d.rounding = 2e-16 * (rhs_size + longest * most);
-  d.noise = madd(longest, d.slack, 20.0 * d.rounding);
-}
-
-// The piece at the present multiplier, as states of the variables: what differs from before by no more than rounding stays. Returns
-// whether one has changed.
-inline bool classify(Box& b, const Workspace& w, double slack) {
-  bool changed = false;
-  for (int i = 0; i < b.k; ++i) {
-    const std::int8_t was = b.weight ? w.held[i] : b.state[i];
-    if (!b.weight) {
-      const double over = b.target[i] - b.upper[i], under = b.lower[i] - b.target[i];
-      const double off = was > 0 ? -over : was < 0 ? -under : larger(over, under);
-      if (off > slack) b.state[i] = over > 0.0 ? 1 : under > 0.0 ? -1 : 0;
-    }
-    changed |= b.state[i] != was;
-  }
-  return changed;
-}
-
-// How far along `way` the dual rises from the present multiplier, where its slope is `rise`: from piece to piece, b.state holding the
-// one that is reached. A'u is in b.target, A'way comes into b.work.
-template <int M>
-inline double scan_pieces(Rows<M> m, const double* way, double rise, Box& b) {
-  double *speed = b.work, curvature = 0.0, at = 0.0;
-  for (int i = 0; i < b.k; ++i) {
-    speed[i] = dot(m, b.columns + i * kStride, way);
-    if (b.state[i] == 0) curvature = madd(speed[i], speed[i], curvature);
-  }
-  for (int event = 0; event < 2 * b.k; ++event) {
-    int next = -1;
-    double nearest = 1.0;
-    for (int i = 0; i < b.k; ++i) {
-      const int side = speed[i] > 0.0 ? 1 : -1;
-      if (b.state[i] == side || speed[i] == 0.0) continue;
-      const double bound = (side > 0) == (b.state[i] == 0) ? b.upper[i] : b.lower[i];
-      const double there = larger((bound - b.target[i]) / speed[i], at);
-      if (there < nearest) nearest = there, next = i;
-    }
-    const double fall = curvature * (nearest - at);
-    if (next < 0 || fall >= rise) return curvature > 0.0 ? smaller(at + rise / curvature, 1.0) : 1.0;
-    rise -= fall, at = nearest;
-    const bool leaves = b.state[next] == 0;
-    curvature = larger(madd(leaves ? -speed[next] : speed[next], speed[next], curvature), 0.0);
-    b.state[next] = static_cast<std::int8_t>(leaves ? (speed[next] > 0.0 ? 1 : -1) : 0);
-  }
-  return at;
-}
-
-// The same under a weight, by its slope alone.
-template <int M>
-inline void bracket_top(Rows<M> m, const double* rhs, const double* from, const double* way, double rise, double fall, Box& b, Workspace& w,
-                        Priced& d) {
-  const double enough = 0.1 * rise;
-  double low = 0.0, high = 1.0;
-  for (int step = 0; step < 50; ++step) {
-    const double part = step % 2 == 1 ? 0.5 * (low + high) : low + (high - low) * (rise / (rise - fall));
-    for (int r = 0; r < m(); ++r) d.u[r] = madd(part, way[r], from[r]);
-    rates_of_multiplier(m, rhs, d.u, b, w, d);
-    const double slope = dot(m, way, d.residual);
-    if (magnitude(slope) <= enough) return;
-    if (slope > 0.0)
-      low = part, rise = slope;
-    else
-      high = part, fall = slope;
-  }
-}
-
-// From u with its rates towards `next`: all the way, or to where the dual is greatest between them, or nowhere because rounding is all
-// that is left to gain.
-enum Climb { TOP, PARTLY, NOWHERE };
-
-template <int M>
-inline Climb climb(Rows<M> m, const double* rhs, const double* next, bool careful, Box& b, Workspace& w, Priced& d) {
-  double from[kStride], way[kStride];
-  for (int r = 0; r < kStride; ++r) from[r] = d.u[r], way[r] = next[r] - from[r], d.u[r] = next[r];
-  const double start = dot(m, way, d.residual), noise = madd(d.noise, size_of(m, way), 1e-15 * size_of(m, next) * size_of(m, d.residual));
-  rates_of_multiplier(m, rhs, d.u, b, w, d);
-  const double end = dot(m, way, d.residual);
-  if (end >= -larger(0.1 * start, noise)) return Climb::TOP;
-  const bool nowhere = !(start > noise);
-  if (nowhere && careful) return Climb::TOP;  // its rates come from singular values
-  if (b.weight && !nowhere) return bracket_top(m, rhs, from, way, start, end, b, w, d), Climb::PARTLY;
-  for (int r = 0; r < kStride; ++r) d.u[r] = from[r];
-  rates_of_multiplier(m, rhs, d.u, b, w, d);
-  if (nowhere) return Climb::NOWHERE;
-  const double part = scan_pieces(m, way, start, b);
-  for (int r = 0; r < m(); ++r) d.u[r] = madd(part, way[r], from[r]);
-  rates_of_multiplier(m, rhs, d.u, b, w, d);
-  return Climb::PARTLY;
-}
 
 // The free variables from the multiplier by singular values: z = V diag(sigma) U'u. Where sigma is large it comes from the residual instead,
 // because u, which may be large, is rounded.
@@ -236,6 +90,10 @@ inline STILLREACH_NOINLINE bool careful_step(Rows<M> m, const double* rhs, Box& 
   const int free = free_columns(b, columns, index);
   double c[kStride], next[kStride] = {0, 0, 0, 0, 0, 0, 0, 0};
   piece_target(m, rhs, columns, free, b, d, c);
+  double most = 0.0;
+  for (int i = 0; i < b.k; ++i)
+    if (b.state[i] != 0) most = larger(most, magnitude(b.z[i]));
+  d.rounding = kEpsilon * (madd(d.longest, most, d.rhs_size) + size_of(m, c));
   Spectrum s;
   spectrum(m(), columns, index, free, 0.0, b.work, s);
   double rest[kRows];
@@ -249,23 +107,20 @@ inline STILLREACH_NOINLINE bool careful_step(Rows<M> m, const double* rhs, Box& 
     ++b.iterations;
   } else {
     CarefulPiece<M> piece(m, s);
-    for (int g = 0; g < d.parts; ++g) {
-      d.least[g] = 1e-9 * d.rounding / d.most[g];
-      if (outside == 0.0 && s.rank < m()) d.kappa[g] = 0.0;  // the task can be done: whether at these prices, ratios of kappa tell
-    }
-    b.iterations += trust_regions(m, piece, d, c, kTight, next);
-    for (int g = 0; g < d.parts; ++g) d.least[g] = 0.0;
+    b.iterations += Interior<M>(m, piece, d).solve(c, next);
   }
   afford(m, d, next);
-  if (climb(m, rhs, next, true, b, w, d) == Climb::PARTLY || classify(b, w, d.slack)) return false;
-  if (!b.weight) careful_rates(m, s, c, d, next, free, b);
-  if (d.parts == 1) return true;
-  residual_of(b.columns, nullptr, b.k, rhs, b.z, d.residual);
+  if (climb(m, rhs, next, true, b, w, d) == Climb::PARTLY) return false;
+  const bool same = !classify(b, w, d.slack);
+  if (same && !b.weight) careful_rates(m, s, c, d, next, free, b);
+  if (same && d.parts == 1) return true;
+  if (same) residual_of(b.columns, nullptr, b.k, rhs, b.z, d.residual);
+  measure_rounding(m, b, d);
   Best now{infinity(), 0.0, {}, {}};
   remember(m, d, now);
-  if (now.gap <= kConfirmed * now.enough) return true;
-  ++d.rejected;
-  rates_of_multiplier(m, rhs, d.u, b, w, d);
+  if (same && now.gap <= kConfirmed * now.enough) return true;
+  d.rejected += same || now.gap <= now.enough;
+  if (same) rates_of_multiplier(m, rhs, d.u, b, w, d);
   return false;
 }
 
@@ -284,26 +139,58 @@ inline void polish(Rows<M> m, const double* rhs, const Factor& f, int free, Box&
   }
 }
 
-// From the multiplier in d.u, which is in its balls, with d.kappa nearby, to the answer in b.z. known: it may be on the last piece
-// already. b.capped: too many pieces.
+// How the error of damped part g changes with its price, at the answer: from |u_h| = Y_h in the damped parts. 0: not known.
 template <int M>
-inline void search_price(Rows<M> m, const double* rhs, bool known, Box& b, Workspace& w, Priced& d) {
+inline double error_slope(Rows<M> m, int g, Box& b, const Priced& d) {
+  const double* columns;
+  const int* index;
+  const int free = free_columns(b, columns, index);
+  Factor f;
+  gram(m, columns, index, free, 0.0, f);
+  GramPiece<M> piece(m, f);
+  if (!piece.refactor(d)) return 0.0;
+  double system[kParts][kParts + 1], x[kParts], own[kRows], w[kRows];
+  int damped[kParts], count = 0, at = 0;
+  for (int p = 0; p < d.parts; ++p)
+    if (d.kappa[p] > 0.0) at = p == g ? count : at, damped[count++] = p;
+  for (int c = 0; c < count; ++c) {
+    only_part(m, d, damped[c], d.u, own);
+    piece.apply_inverse(own, w);
+    for (int a = 0; a < count; ++a) {
+      only_part(m, d, damped[a], d.u, own);
+      system[a][c] = dot(m, own, w);
+    }
+    system[c][count] = c == at ? -d.most[g] : 0.0;
+  }
+  return eliminate(count, system, x) ? madd(d.most[g], x[at], d.kappa[g]) : 0.0;
+}
+
+// From the multiplier in d.u, which is in its balls, with d.kappa nearby, to the answer in b.z. known: it may be on the last piece
+// already. first: null, or where the first step goes. b.capped: too many pieces.
+template <int M>
+inline void search_price(Rows<M> m, const double* rhs, bool known, const double* first, Box& b, Workspace& w, Priced& d) {
   bool careful = false, settled = false;
   for (int i = 0; i < b.k; ++i) b.state[i] = 0;
   b.capped = false, d.rejected = 0;
   Best best{infinity(), 0.0, {}, {}};
   if (b.weight) factor_weight(b.k, b.weight, nullptr, b.k, w.whole);
-  const double rhs_size = size_of(m, rhs), longest = longest_column(m, b);
+  d.rhs_size = size_of(m, rhs), d.longest = longest_column(m, b);
   rates_of_multiplier(m, rhs, d.u, b, w, d);
   classify(b, w, 0.0);
   for (int step = 0; step < kPriceSteps; ++step) {
-    measure_rounding(m, rhs_size, longest, b, d);
-    if (step > kUndisturbed || d.rejected > 0) {
+    measure_rounding(m, b, d);
+    if (step == 0 && first) {
+      climb(m, rhs, first, false, b, w, d);
+      classify(b, w, d.slack);
+      continue;
+    }
+    if ((step > kUndisturbed && !known) || d.rejected > 0) {
       remember(m, d, best);
-      if (best.gap <= best.enough || d.rejected > 3) break;
+      if ((best.gap <= best.enough && d.rejected != 1) || d.rejected > 3) break;
     }
     if (careful || step > kPatience) {
       if (careful_step(m, rhs, b, w, d)) return;
+      careful = known = settled = false;
       continue;
     }
     const double* columns;
@@ -318,17 +205,15 @@ inline void search_price(Rows<M> m, const double* rhs, bool known, Box& b, Works
     if (d.parts == 1) {
       b.iterations += trust_region(m, piece, d, tolerance, next);
     } else {
-      double c[kRows];
-      piece.target(d, c);
-      b.iterations += trust_regions(m, piece, d, c, tolerance, next);
+      b.iterations += trust_regions(m, piece, d, tolerance, next);
     }
     afford(m, d, next);
     const Climb climbed = climb(m, rhs, next, false, b, w, d);
-    careful = climbed == Climb::NOWHERE || d.excess > kLoose;
+    careful = d.excess > kLoose || (climbed == Climb::NOWHERE && known);
     const bool same = climbed == Climb::TOP && !classify(b, w, d.slack), tight = same && d.excess <= kTight;
     if (tight && (settled || piece.condition < kPlainCondition)) return polish(m, rhs, f, free, b, w, d);
     careful |= tight && !(piece.condition < kPieceCondition);
-    known = same, settled = tight;
+    known = same || climbed == Climb::NOWHERE, settled = tight;
   }
   // Pieces that rounding chooses, one after the other.
   for (int r = 0; r < kStride; ++r) d.u[r] = best.u[r];
@@ -336,7 +221,7 @@ inline void search_price(Rows<M> m, const double* rhs, bool known, Box& b, Works
   for (int i = 0; i < b.k; ++i) b.state[i] = 0;
   rates_of_multiplier(m, rhs, d.u, b, w, d);
   classify(b, w, 0.0);
-  b.capped = !(best.gap <= best.enough);
+  b.capped = !(best.gap <= kConfirmed * best.enough);
 }
 
 STILLREACH_END

@@ -63,7 +63,7 @@ inline bool any_range(const ControllerState& c) {
   return any;
 }
 
-// An encoder or a command that is no number: brake, within the acceleration limits; failed joints keep their rates.
+// NaN from an encoder or a command: brake, within the acceleration limits; failed joints keep their rates.
 inline void brake(ControllerState& c, const double* q, Answer& out) {
   out.damping = 0.0;
   out.scale = 0.0;

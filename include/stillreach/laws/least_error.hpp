@@ -7,6 +7,8 @@
 
 STILLREACH_BEGIN
 
+constexpr int kCeilingSteps = 20;             // most prices that are tried for a ceiling,
+constexpr double kCeilingTolerance = 1e-12;  // and the relative error that it is met to
 constexpr double kLeftOut = 100.0;      // by this factor what is kept exceeds what the rank tolerance leaves out
 
 // Under a full joint weight W fixed joints that are off their reference pull at the others: nearest to the reference is then
@@ -177,27 +179,28 @@ inline Priced make_priced(Rows<M> m, const LawSettings& law, const Problem& p, S
     for (int j = 0; j < s.k; ++j) w.lower[j] *= factor, w.upper[j] *= factor, w.offset[j] *= factor, w.scale[j] /= factor;
     s.unit_b /= factor, unit *= factor;
   }
-  for (int g = 0; g < d.parts; ++g) d.most[g] = law.price[g] * typical * unit, d.kappa[g] = d.least[g] = 0.0;
+  for (int g = 0; g < d.parts; ++g) d.most[g] = law.price[g] * typical * unit, d.kappa[g] = 0.0;
   return d;
 }
 
 // Where the search for the multiplier starts: a tick ago, or at 0.
 template <int M>
-inline void start_price(Rows<M> m, const System& s, const Multiplier* last, Priced& d) {
+inline void start_price(Rows<M> m, const LawSettings& law, const System& s, const Multiplier* last, Priced& d) {
   const double unit = s.unit_a * s.unit_a / s.unit_b;
   const bool warm = last && last->known;
   for (int r = 0; r < kStride; ++r) d.u[r] = warm && r < m() ? last->u[r] * unit : 0.0;
   for (int g = 0; g < d.parts; ++g) d.kappa[g] = warm ? last->kappa[g] / (s.unit_a * s.unit_a) : 0.0;
+  if (warm && law.capped >= 0) d.most[law.capped] *= clamp(last->raised, 1.0, law.beyond / law.price[law.capped]);
   if (warm) afford(m, d, d.u);
 }
 
 template <int M>
-inline void keep_multiplier(Rows<M> m, const System& s, const Priced& d, const double* u, Multiplier* to) {
+inline void keep_multiplier(Rows<M> m, const System& s, const Priced& d, const double* u, double raised, Multiplier* to) {
   if (!to) return;
   const double unit = s.unit_b / (s.unit_a * s.unit_a);
   for (int r = 0; r < kRows; ++r) to->u[r] = r < m() ? u[r] * unit : 0.0;
   for (int g = 0; g < kParts; ++g) to->kappa[g] = g < d.parts ? d.kappa[g] * s.unit_a * s.unit_a : 0.0;
-  to->known = 1;
+  to->raised = raised, to->known = 1;
 }
 
 // The largest damping whose error is more than rounding, or 0.
@@ -211,42 +214,32 @@ inline double damping_that_counts(Rows<M> m, const double* rhs, const Box& b, co
 }
 
 // law.ceiling times the typical rate, in the units of the scaled right-hand side.
-inline double ceiling_of(const LawSettings& law, const System& s, const Priced& d) {
-  return law.ceiling * (d.most[law.capped] / law.price[law.capped]) / (s.unit_a * s.unit_a);
+inline double ceiling_of(const LawSettings& law, const System& s, double most) {
+  return law.ceiling * (most / law.price[law.capped]) / (s.unit_a * s.unit_a);
 }
 
-// An error of the capped part beyond its ceiling: its price rises until the ceiling holds, at most to `beyond`. The error falls as the
-// price rises, and is continuous in it.
+// An error of the capped part beyond its ceiling: its price rises until the ceiling holds, at most to `high`. The error falls as the
+// price rises, and is continuous in it: Newton's method in a bracket. The search has been made with the present price.
 template <int M>
-inline void keep_ceiling(Rows<M> m, const LawSettings& law, const double* rhs, double ceiling, Box& b, Workspace& w, Priced& d) {
+inline void keep_ceiling(Rows<M> m, const LawSettings& law, const double* rhs, double ceiling, double low, double high, Box& b, Workspace& w,
+                         Priced& d) {
   const int g = law.capped;
-  const auto excess = [&] {
+  double below = 0.0, above = infinity();  // prices that are too low, and too high
+  for (int step = 0; step < kCeilingSteps; ++step) {
     double e[kStride], own[kRows];
     residual_of(b.columns, nullptr, b.k, rhs, b.z, e);
     only_part(m, d, g, e, own);
-    return size_of(m, own) - ceiling;
-  };
-  const auto search = [&](double most) {
-    d.most[g] = most;
+    const double price = d.most[g], excess = size_of(m, own) - ceiling;
+    if (magnitude(excess) <= kCeilingTolerance * ceiling || (excess > 0.0 ? price >= high : price <= low)) return;
+    (excess > 0.0 ? below : above) = price;
+    const double slope = d.kappa[g] > 0.0 ? error_slope(m, g, b, d) : 0.0;
+    double next = slope < 0.0 ? price - excess / slope : excess > 0.0 ? high : low;
+    next = clamp(next, low, high);
+    if (!(next > below && next < above)) next = below > 0.0 ? square_root(below) * square_root(smaller(above, high)) : low;
+    if (next == price) return;
+    d.most[g] = next;
     afford(m, d, d.u);
-    search_price(m, rhs, true, b, w, d);
-    return excess();
-  };
-  double low = d.most[g], high = low * (law.beyond / law.price[g]), above = excess();
-  if (!(above > 1e-12 * ceiling)) return;
-  double below = search(high);
-  for (int step = 0, side = 0; step < 40 && below < 0.0; ++step) {  // the Illinois method
-    const double middle = clamp(low + (high - low) * (above / (above - below)), low, high), there = search(middle);
-    if (magnitude(there) <= 1e-13 * ceiling || !(middle > low && middle < high)) return;
-    if (there > 0.0) {
-      low = middle, above = there;
-      if (side > 0) below *= 0.5;
-      side = 1;
-    } else {
-      high = middle, below = there;
-      if (side < 0) above *= 0.5;
-      side = -1;
-    }
+    search_price(m, rhs, magnitude(next - price) < 0.1 * price, nullptr, b, w, d);
   }
 }
 
@@ -267,16 +260,18 @@ inline void least_error(Rows<M> m, const LawSettings& law, const Problem& p, Wor
   const bool plain = law.parts == 0 || (size_of(m, in.residual) <= kRounding * size_of(m, rhs) && affordable(m, d, in.dual));
   if (inside_all && plain) {
     for (int j = 0; j < s.k; ++j) b.z[j] = b.target[j];
-    if (law.parts > 0) keep_multiplier(m, s, d, in.dual, out.multiplier);
+    if (law.parts > 0) keep_multiplier(m, s, d, in.dual, 1.0, out.multiplier);
   } else if (law.parts == 0) {
     bare_optimum(m, s, rhs, w, b, in, out);
   } else {
-    start_price(m, s, out.multiplier, d);
-    search_price(m, rhs, out.multiplier && out.multiplier->known, b, w, d);
-    if (law.capped >= 0) keep_ceiling(m, law, rhs, ceiling_of(law, s, d), b, w, d);
+    const bool known = out.multiplier && out.multiplier->known;
+    const double own = law.capped >= 0 ? d.most[law.capped] : 1.0;
+    start_price(m, law, s, out.multiplier, d);
+    search_price(m, rhs, known, !known && in.way == WIDE && affordable(m, d, in.dual) ? in.dual : nullptr, b, w, d);
+    if (law.capped >= 0) keep_ceiling(m, law, rhs, ceiling_of(law, s, own), own, own * (law.beyond / law.price[law.capped]), b, w, d);
     const double kappa = damping_that_counts(m, rhs, b, d);
     out.damping = kappa > 0.0 ? kappa * s.unit_a * s.unit_a : 0.0;
-    keep_multiplier(m, s, d, d.u, out.multiplier);
+    keep_multiplier(m, s, d, d.u, law.capped >= 0 ? d.most[law.capped] / own : 1.0, out.multiplier);
     if (out.damping > 0.0) out.status |= DAMPED;
   }
   if (b.capped) out.status |= ITERATION_LIMIT;

@@ -273,7 +273,8 @@ inline bool bound_codes(int n, const double* rates, const double* lower, const d
     }
     return saturated;
   }
-  const auto bytes = [](int bits) { return (static_cast<unsigned>(bits) * 0x204081u) & 0x1010101u; };  // bit l to byte l
+  // bit l to byte l
+  const auto bytes = [](int bits) { return (static_cast<unsigned>(bits) * 0x204081u) & 0x1010101u; };
   for (int next = 0; next < n; next += 4) {  // the last four may overlap those before
     const int i = next + 4 <= n ? next : n - 4;
     const Pack rate = load(rates + i), low = load(lower + i), high = load(upper + i), small = broadcast(1e-9);

@@ -26,7 +26,7 @@ class Follower(Value):
         place: its place in the chain of all joints that move, from 0 at the base on.
 
     Raises:
-        InputError: an argument is none of this.
+        InputError: if an argument is invalid.
     """
 
     joint: Joint
@@ -91,6 +91,6 @@ def chain(joints: tuple[Joint, ...], followers: tuple[Follower, ...]) -> tuple[M
 
 
 def note_of(joint: Any, followers: tuple[Follower, ...]) -> str:
-    """What a message adds to a name that is no joint's but a follower's; empty for other names."""
+    """Addition to a message for the name of a follower; empty for other names."""
     leaders = [follower.leader for follower in followers if follower.joint.name == joint]
     return f", which follows {leaders[0]!r} and moves with it" if leaders else ""

@@ -34,7 +34,7 @@ class Joint(Value):
         acceleration_limit: largest change of that rate [rad/s²] or [m/s²]; inf: no limit.
 
     Raises:
-        InputError: an argument is none of this; the message names the joint.
+        InputError: if an argument is invalid; the message names the joint.
     """
 
     name: str | None

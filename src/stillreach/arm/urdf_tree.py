@@ -24,7 +24,7 @@ class Tree(NamedTuple):
         links: their names, in the order of the file.
         joints: their elements by name, in the order of the file.
         above: how they are connected.
-        root: the link that is no joint's child.
+        root: the link that no joint has as its child.
         version: of URDF, (1, 0) to (1, 2): what the elements mean.
     """
 

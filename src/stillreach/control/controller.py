@@ -166,7 +166,7 @@ class Controller(ControllerCore):
 
         Args:
             joint: name or 0-based index.
-            kind: Locked(), Derated(fraction), Runaway(rate), Confined(lower, upper) or OneWay(direction).
+            kind: what is wrong with it, e.g. Derated(0.2).
 
         Raises:
             UnknownJointError: if the arm has no such joint.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,6 +35,31 @@ FORM = Either(
     Named(_PRICE, f"^({_NAMES})( +({_NAMES}))*$", MOST_PARTS, "prices by rows such as position = 100, orientation = 8"),
 )
 """Of a price in files and on the command line."""
+
+
+class Prices(Mapping[str, float]):
+    """Prices by rows: a mapping that cannot change, so that a law has a hash."""
+
+    __slots__ = ("_prices",)
+
+    def __init__(self, prices: Mapping[str, float]) -> None:
+        self._prices = dict(prices)
+
+    def __getitem__(self, rows: str) -> float:
+        return self._prices[rows]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._prices)
+
+    def __len__(self) -> int:
+        return len(self._prices)
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self._prices.items()))
+
+    def __repr__(self) -> str:
+        return repr(self._prices)
+
 
 Price = float | str | tuple[float, float] | Mapping[str, float] | None
 
@@ -90,7 +115,7 @@ def parts(price: Price, rows: Sequence[str], reach: float | None, weights: Weigh
     return settings
 
 
-def _by_rows(price: Mapping[Any, Any]) -> dict[str, float]:
+def _by_rows(price: Mapping[Any, Any]) -> Prices:
     """Prices by groups of rows, each row once."""
     seen: list[str] = []
     result: dict[str, float] = {}
@@ -103,7 +128,7 @@ def _by_rows(price: Mapping[Any, Any]) -> dict[str, float]:
         result[" ".join(str(key).split())] = _door.positive(f"price[{key!r}]", value)
     if not 1 <= len(result) <= MOST_PARTS:
         raise InputError("price", f"{len(result)} parts", f"1 to {MOST_PARTS} parts")
-    return result
+    return Prices(result)
 
 
 def _rows_of(key: Any) -> tuple[str, ...] | None:

@@ -35,7 +35,7 @@ class ConstantTwist(Kind):
         duration: how long it is held [s]; None is to the end of the scenario.
 
     Raises:
-        InputError: an argument is none of this.
+        InputError: if an argument is invalid.
     """
 
     word = "twist"
@@ -72,7 +72,7 @@ class Wait(ConstantTwist):
         duration: how long [s].
 
     Raises:
-        InputError: an argument is none of this.
+        InputError: if an argument is invalid.
     """
 
     word = "wait"

@@ -8,11 +8,12 @@ import numpy as np
 
 from stillreach._door import FloatArray
 from stillreach._forms import Number, Schema
-from stillreach._kinds import Key, Table
+from stillreach._kinds import Key
 from stillreach._lists import NOT_ALL_ZERO, List
 from stillreach._messages import shown
 from stillreach._reading import Place, Reading
 from stillreach._rotations import exp, from_pitch_yaw_roll, from_quaternions, from_rpy
+from stillreach._tables import Table
 
 ANGLES = List(*[Number("angle")] * 3)
 WAYS = {

@@ -44,7 +44,7 @@ class PoseTable(Course):
         relative: points are shifts and orientations are turns from the pose at the beginning, along base axes.
 
     Raises:
-        InputError: an argument is none of this.
+        InputError: if an argument is invalid.
     """
 
     word = "pose-table"
@@ -80,7 +80,7 @@ class PoseTable(Course):
         """Read a table whose first line names its columns: time [s], x, y, z, and an attitude or none.
 
         An attitude is a quaternion (qw, qx, qy, qz), roll, pitch, yaw as URDF has them, or a rotation vector
-        (rx, ry, rz). The first line also tells what separates the columns: commas, semicolons, tabs, bars or spaces.
+        (rx, ry, rz). The first line also defines the separator: commas, semicolons, tabs, bars or spaces.
         Numbers may have a decimal comma where commas do not separate them.
 
         Args:

@@ -51,7 +51,7 @@ class Waypoints(Course):
         relative: points are shifts and orientations are turns from the pose at the beginning, along base axes.
 
     Raises:
-        InputError: an argument is none of this, or both or neither of times and duration are given.
+        InputError: if an argument is invalid, or not exactly one of times and duration is given.
     """
 
     word = "waypoints"
@@ -129,7 +129,7 @@ class Line(Course):
         relative: ``to`` is a shift and ``orientation`` a turn from the pose at the beginning, along base axes.
 
     Raises:
-        InputError: an argument is none of this.
+        InputError: if an argument is invalid.
     """
 
     word = "line"
@@ -193,7 +193,7 @@ class Circle(Course):
         relative: ``centre`` is a shift from the point at the beginning, along base axes.
 
     Raises:
-        InputError: an argument is none of this.
+        InputError: if an argument is invalid.
     """
 
     word = "circle"

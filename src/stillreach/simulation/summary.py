@@ -41,7 +41,7 @@ class Summary:
         run: what it is a summary of.
         finished: the run is whole and the tool ends at its goal: neither distance is above what is allowed.
         end: [s] time of the last tick.
-        linear, angular: whether the task has rows in [m/s], in [rad/s]; missing parts are 0 below.
+        linear, angular: whether the task has rows in [m/s], in [rad/s]; missing parts are 0.
         goal_distance, goal_angle: from the tool to where it should be at the end [m, rad], in the rows of the task.
         allowed_distance, allowed_angle: how much of these still counts as arrived [m, rad].
         way, turn: length and angle of the commanded motion [m, rad].

@@ -9,91 +9,61 @@ import stillreach as sr
 from stillreach.simulation import summary
 
 MISTAKES = {
-    "no such scenario": (("run", "paper-exampel-2"), "paper-example-2"),
-    "no such file": (("run", "nowhere/reach.toml"), "nowhere/reach.toml"),
-    "a file that is called otherwise": (
-        ("run", "raech.toml"),
-        "stillreach: raech.toml: no such file, expected a scenario file (TOML, UTF-8) (did you mean 'reach.toml'?)",
-    ),
-    "no such law": (("run", "reach.toml", "--law", "last-error"), "did you mean 'least-error'?"),
-    "no such setting": (("run", "reach.toml", "--law", "least-error:gain=2"), "price"),
-    "a setting twice": (("run", "reach.toml", "--law", "least-error:price=2:price=3"), "once"),
-    "a setting out of range": (("run", "reach.toml", "--law", "least-error:price=-1"), "above 0"),
-    "a price that is another word": (
-        ("run", "reach.toml", "--law", "least-error:price=position"),
-        "'position-first' or prices by rows",
-    ),
-    "a price of rows that do not exist": (
-        ("run", "reach.toml", "--law", "least-error:price=position=1+tilt=2"),
-        "names of rows (vx vy vz wx wy wz)",
-    ),
-    "a price of rows twice": (
-        ("run", "reach.toml", "--law", "least-error:price=position=1+position=2"),
-        "each name once",
-    ),
-    "a price of a row that is negative": (
-        ("run", "reach.toml", "--law", "least-error:price=position=-1+orientation=2"),
-        "above 0",
-    ),
-    "a row without a price": (
-        ("run", "reach.toml", "--law", "least-error:price=orientation=8"),
-        "no price for the row v",
-    ),
-    "a law twice": (("compare", "reach.toml", "--laws", "least-error,least-error"), "once"),
-    "no such joint": (("run", "reach.toml", "--fail", "j12"), "j1 … j11"),
-    "no such kind of fault": (("run", "reach.toml", "--fail", "j2:hot"), "derated=FRACTION"),
-    "a fault without time": (("run", "reach.toml", "--fail", "j2@"), "JOINT@SECONDS"),
-    "a fault before the start": (("run", "reach.toml", "--fail", "j2@-1"), "0 s or later"),
-    "a fraction that is no number": (("run", "reach.toml", "--fail", "j2:derated=x"), "got 'x', expected a number"),
-    "a held joint that is no number": (
-        ("inspect", "canadarm2", "--fixed", "a=x"),
-        "expected a number, bare or with rad or deg or m or cm or mm or in or ft\n",
-    ),
-    "a fraction above one": (("run", "reach.toml", "--fail", "j2:derated=2"), "0 to 1"),
-    "another unit": (("run", "reach.toml", "--within", "5s"), "mm"),
-    "too many tolerances": (("run", "reach.toml", "--within", "5mm,1deg,1"), "5mm,1deg"),
-    "a negative tolerance": (("run", "reach.toml", "--within", "-5mm"), "at least 0"),
-    "no such arm": (("inspect", "canadarm"), "did you mean 'canadarm2'?"),
-    "an arm without its size": (("inspect", "planar"), "planar7"),
-    "a tip of a built-in arm": (("inspect", "canadarm2", "--tip", "hand"), "--tip"),
-    "another number of values": (("inspect", "canadarm2", "--q", "1,2"), "7 numbers"),
-    "no such joint in values": (("inspect", "canadarm2", "--q", "j8=1"), "j1 … j7"),
-    "a pair without a value": (("inspect", "canadarm2", "--q", "j2=1,5"), "joint=value"),
-    "a value that is no number": (("inspect", "canadarm2", "--q", "j2=much"), "deg"),
-    "a file that is no robot": (("inspect", "reach.toml"), "reach.toml"),
-    "an index for a joint": (
-        ("run", "reach.toml", "--fail", "4"),
-        "the name of a joint: j1 … j11 (did you mean 'j4'?)",
-    ),
-    "an index for a joint in values": (("inspect", "canadarm2", "--q", "2=0.1"), "did you mean 'j2'?"),
-    "an index that ends no name": (("run", "reach.toml", "--fail", "12@1"), "the name of a joint: j1 … j11\n"),
-    "a tolerance without unit": (("run", "reach.toml", "--within", "5"), "a number with a unit: m, cm, mm, in"),
-    "an angle without unit": (("run", "reach.toml", "--within", "5mm,1"), "a number with a unit: rad, deg"),
-    "degrees taken for radians": (
-        ("inspect", "canadarm2", "--q", "j2=-45"),
-        (
-            "--q: got j2 at -45 rad (-2578 deg), expected a value within its position limits, -4.712 … 4.712 rad "
-            "(-270 … 270 deg); a bare number is in rad or m, as in files without [units]: -45deg, 50mm; --outside "
-        ),
-    ),
-    "several joints outside": (("inspect", "canadarm2", "--q", "5,6,7,8,0,0,0"), "j1 at 5 rad (286.5 deg) and j2 at "),
-    "no such rows": (("inspect", "canadarm2", "--rows", "positions"), "pose, position, orientation"),
-    "a row twice": (("inspect", "canadarm2", "--rows", "vx,vx"), "vx,vy,wz"),
-    "no such frame": (("inspect", "canadarm2", "--frame", "world"), "base or tool"),
-    "a least speed of 0": (("inspect", "canadarm2", "--lost-below", "0"), "above 0"),
-    "a least speed without unit": (("inspect", "canadarm2", "--lost-below", "1"), "mm"),
-    "a folder that cannot be made": (("run", "reach.toml", "--out", "reach.toml/out"), "reach.toml"),
-    "a paper's step": (("paper", "--step", "-1", "--out", "p"), "step"),
+    "no such scenario": ("run", "paper-exampel-2"),
+    "no such file": ("run", "nowhere/reach.toml"),
+    "a file that is called otherwise": ("run", "raech.toml"),
+    "no such law": ("run", "reach.toml", "--law", "last-error"),
+    "no such setting": ("run", "reach.toml", "--law", "least-error:gain=2"),
+    "a setting twice": ("run", "reach.toml", "--law", "least-error:price=2:price=3"),
+    "a setting out of range": ("run", "reach.toml", "--law", "least-error:price=-1"),
+    "a price that is another word": ("run", "reach.toml", "--law", "least-error:price=position"),
+    "a price of rows that do not exist": ("run", "reach.toml", "--law", "least-error:price=position=1+tilt=2"),
+    "a price of rows twice": ("run", "reach.toml", "--law", "least-error:price=position=1+position=2"),
+    "a price of a row that is negative": ("run", "reach.toml", "--law", "least-error:price=position=-1+orientation=2"),
+    "a row without a price": ("run", "reach.toml", "--law", "least-error:price=orientation=8"),
+    "a law twice": ("compare", "reach.toml", "--laws", "least-error,least-error"),
+    "no such joint": ("run", "reach.toml", "--fail", "j12"),
+    "no such kind of fault": ("run", "reach.toml", "--fail", "j2:hot"),
+    "a fault without time": ("run", "reach.toml", "--fail", "j2@"),
+    "a fault before the start": ("run", "reach.toml", "--fail", "j2@-1"),
+    "a fraction that is no number": ("run", "reach.toml", "--fail", "j2:derated=x"),
+    "a held joint that is no number": ("inspect", "canadarm2", "--fixed", "a=x"),
+    "a fraction above one": ("run", "reach.toml", "--fail", "j2:derated=2"),
+    "another unit": ("run", "reach.toml", "--within", "5s"),
+    "too many tolerances": ("run", "reach.toml", "--within", "5mm,1deg,1"),
+    "a negative tolerance": ("run", "reach.toml", "--within", "-5mm"),
+    "no such arm": ("inspect", "canadarm"),
+    "an arm without its size": ("inspect", "planar"),
+    "a tip of a built-in arm": ("inspect", "canadarm2", "--tip", "hand"),
+    "another number of values": ("inspect", "canadarm2", "--q", "1,2"),
+    "no such joint in values": ("inspect", "canadarm2", "--q", "j8=1"),
+    "a pair without a value": ("inspect", "canadarm2", "--q", "j2=1,5"),
+    "a value that is no number": ("inspect", "canadarm2", "--q", "j2=much"),
+    "a file that is no robot": ("inspect", "reach.toml"),
+    "an index for a joint": ("run", "reach.toml", "--fail", "4"),
+    "an index for a joint in values": ("inspect", "canadarm2", "--q", "2=0.1"),
+    "an index that ends no name": ("run", "reach.toml", "--fail", "12@1"),
+    "a tolerance without unit": ("run", "reach.toml", "--within", "5"),
+    "an angle without unit": ("run", "reach.toml", "--within", "5mm,1"),
+    "degrees taken for radians": ("inspect", "canadarm2", "--q", "j2=-45"),
+    "several joints outside": ("inspect", "canadarm2", "--q", "5,6,7,8,0,0,0"),
+    "no such rows": ("inspect", "canadarm2", "--rows", "positions"),
+    "a row twice": ("inspect", "canadarm2", "--rows", "vx,vx"),
+    "no such frame": ("inspect", "canadarm2", "--frame", "world"),
+    "a least speed of 0": ("inspect", "canadarm2", "--lost-below", "0"),
+    "a least speed without unit": ("inspect", "canadarm2", "--lost-below", "1"),
+    "a folder that cannot be made": ("run", "reach.toml", "--out", "reach.toml/out"),
+    "a paper's step": ("paper", "--step", "-1", "--out", "p"),
 }
+"""Arguments of commands; what they say is in tests/golden/messages.txt."""
 
 
-@pytest.mark.parametrize(("arguments", "advice"), MISTAKES.values(), ids=MISTAKES)
-def test_a_mistake_of_the_user_is_told_in_a_message_with_advice(stillreach, arguments, advice):
+@pytest.mark.parametrize("arguments", MISTAKES.values(), ids=MISTAKES)
+def test_a_mistake_of_the_user_is_one_message_and_exit_code_2(stillreach, arguments):
     done = stillreach(*arguments)
     assert done.code == 2
     assert done.out == ""
     assert done.err.startswith("stillreach: ")
-    assert advice in done.err
     assert "Traceback" not in done.err
 
 

@@ -181,6 +181,24 @@ def test_velocity_limits_say_what_a_rate_is_worth():
     np.testing.assert_allclose(one.rates, sr.LeastError(price=80.0 * 1e4 / 0.01).solve(j, x, narrow).rates, atol=1e-15)
 
 
+def test_one_generous_limit_moves_nothing_even_where_the_gap_is_closed_before_the_last_step():
+    arm, rng, moved = sr.arms.canadarm2(), np.random.default_rng(30), []
+    lower, upper = np.clip(arm.position_limits, -np.pi, np.pi).T
+    limits = np.array(arm.velocity_limits)
+    poses, twists = rng.uniform(lower, upper, (500, arm.n)), np.random.default_rng([31, 6]).normal(size=(500, 6))
+    twists *= (arm.reach * limits[0] / 5.0 / np.linalg.norm(twists[:, :3], axis=1))[:, None]
+    for j, twist in zip(arm.jacobian(poses), twists, strict=True):
+        usual = sr.LeastError().solve(j, twist, sr.Bounds(-limits, limits))
+        inside = np.flatnonzero(np.abs(usual.rates) < limits)
+        if not inside.size:
+            continue
+        generous = np.where(np.arange(arm.n) == inside[0], 1e4, limits)
+        other = sr.LeastError().solve(j, twist, sr.Bounds(-generous, generous))
+        moved.append(float(np.max(np.abs(other.rates - usual.rates) / limits)))
+    assert len(moved) > 400
+    assert max(moved) <= 1e-12
+
+
 AT_A_BOUND = {  # ten times J, and the rates that do the twist, one of them the limit, 1 rad/s
     "two joints": ([[0, -3], [9, -8], [-1, -4], [9, -7], [0, 6], [0, 0]], [-1.0, -0.2]),
     "two others": ([[5, 6], [-6, -2], [9, 7], [5, -2], [0, 0], [-6, 0]], [1.0, -0.8]),

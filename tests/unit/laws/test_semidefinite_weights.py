@@ -7,6 +7,7 @@ import pytest
 
 import stillreach as sr
 from oracles import equations
+from tests.refusals import refused
 
 FREE = sr.Bounds.unbounded
 
@@ -178,9 +179,8 @@ def test_without_any_weight_on_the_task_nothing_moves():
 def test_weights_with_a_singular_p_are_refused_with_the_reason():
     twins = np.array([[1.0, 1.0, 0.5], [2.0, 2.0, 1.0]])  # joints 1 and 2 do the same
     law = sr.SingularityRobust(damping=0.1, weights=sr.Weights(joints=[0.0, 0.0, 1.0]))
-    with pytest.raises(sr.InputError, match=r"1 of 3 directions .* eq\. \(8\) is regular") as caught:
+    with refused("weights.joints", "1 of 3"):
         law.solve(twins, [1.0, 0.0], FREE(3), row_kinds="vv")
-    assert caught.value.argument == "weights.joints"
     rates = law.solve(twins, [1.0, 0.0], FREE(3).lock([0]), row_kinds="vv").rates  # without the twin P is regular
     close(rates, equations.eq8(twins, [1.0, 0.0], np.eye(3)[:1], np.eye(2), np.diag([0.1, 0.0, 0.1])))
 
@@ -188,9 +188,9 @@ def test_weights_with_a_singular_p_are_refused_with_the_reason():
 def test_more_joints_without_weight_than_rows_are_refused_before_the_loop():
     arm = sr.arms.nasa_modular()
     law = sr.SingularityRobust(weights=sr.Weights(joints=[0.0] * 7 + [1.0] * 4))
-    with pytest.raises(sr.InputError, match=r"rank 4 for 11 joints.*at least 5"):
+    with refused("weights.joints", "4", "11", "5"):
         sr.Controller(arm, law=law)
-    with pytest.raises(sr.InputError, match=r"rank 4 for 11 joints"):
+    with refused("weights.joints", "4", "11"):
         sr.solve_batch(arm, law, np.zeros((2, 11)), np.zeros(6), sr.Bounds.symmetric(1.0, n=11))
 
 
@@ -230,9 +230,8 @@ def test_what_cannot_use_semidefinite_weights_says_which_laws_can(weights):
         lambda: arm.manipulability(q, task=sr.Task(weights=weights)),
     ]
     for ask in asked:
-        with pytest.raises(sr.InputError, match="SingularityRobust and Pseudoinverse accept") as caught:
+        with refused(f"weights.{name}", "SingularityRobust", "Pseudoinverse"):
             ask()
-        assert caught.value.argument == f"weights.{name}"
 
 
 def test_manipulability_is_not_pursued_in_a_task_without_weight():

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation, Slerp
 import stillreach as sr
 from stillreach.simulation.commanded import commanded
 from stillreach.simulation.profile import PROFILES, progress
+from tests.refusals import refused
 from tests.unit.simulation.scenarios import eight_joints, eight_joints_start
 
 
@@ -161,7 +162,7 @@ def test_points_where_nothing_is_to_be_done_take_no_time_and_do_no_harm():
 def test_a_table_must_begin_where_the_tool_is_or_have_time_to_get_there():
     T = some_pose()
     table = sr.PoseTable([0.0, 1.0], [[9, 9, 9], [9, 9, 8]])
-    with pytest.raises(sr.InputError, match=r"a first pose at time 0 that is .* m and 0 rad from where the tool is"):
+    with refused("times", "0 rad"):
         table.plan(T)
     with pytest.raises(sr.InputError, match=r"motion\[1\]\.times"):
         scenario([sr.ConstantTwist(np.zeros(6), 1.0), table])
@@ -200,7 +201,7 @@ def test_a_course_ends_at_its_end_though_its_duration_is_no_whole_number_of_tick
 
 
 def test_a_course_shorter_than_a_tick_is_refused():
-    with pytest.raises(sr.InputError, match=r"motion\[0\]\.duration: got 0\.004 s, expected at least a period"):
+    with refused("motion[0].duration", "0.004 s"):
         scenario([sr.Line([0.1, 0, 0], relative=True, duration=0.004)], duration=1.0)
 
 
@@ -269,5 +270,5 @@ def test_what_is_no_course_is_refused_with_its_argument(make, match):
 
 
 def test_a_circle_through_its_own_axis_is_refused_where_it_is_planned():
-    with pytest.raises(sr.InputError, match=r"motion\[0\]\.centre: got a point on an axis through the start"):
+    with refused("motion[0].centre"):
         scenario([sr.Circle(centre=[0, 0, 1], axis=[0, 0, 2], relative=True, duration=1.0)])

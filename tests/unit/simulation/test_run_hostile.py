@@ -17,6 +17,7 @@ import pytest
 import stillreach as sr
 from stillreach.simulation.record import FIELDS
 from stillreach.simulation.run import Run
+from tests.refusals import refused
 from tests.unit.simulation.scenarios import small_run
 
 RUN = small_run()
@@ -144,7 +145,7 @@ EDITS = {
 @pytest.mark.parametrize("edit", EDITS.values(), ids=EDITS)
 def test_a_file_that_was_edited_is_refused(spoiled, edit):
     path = spoiled(edit)
-    with pytest.raises(sr.InputError, match=r"path: got .*bad\.nc.*that run\.save\(\) wrote"):
+    with refused("path", "bad.nc", "run.save()"):
         Run.load(path)
 
 
@@ -153,7 +154,7 @@ def test_bytes_of_another_file_are_not_read(spoiled, tmp_path):
     secret.write_bytes(np.arange(1000.0).tobytes())
     size = 8 * len(RUN)
     path = spoiled(other("damping", shape=(len(RUN),), dtype="f8", external=[(str(secret), 0, size)]))
-    with pytest.raises(sr.InputError, match="damping in another file"):
+    with refused("path", "damping"):
         Run.load(path)
 
 
@@ -167,7 +168,7 @@ def test_sizes_are_looked_at_before_memory_is_asked_for(tmp_path):
         for entry in FIELDS:
             chunks = (1000, *(sizes[axis] for axis in entry.axes))
             file.create_variable(entry.name, ("time", *entry.axes), entry.dtype, chunks=chunks)
-    with pytest.raises(sr.InputError, match=r"80000000000 bytes of time in 0"):
+    with refused("path", "80000000000", "time"):
         Run.load(tmp_path / "huge.nc")
 
 
@@ -198,9 +199,9 @@ def test_spoiled_bytes_are_a_run_or_refused(good, tmp_path):
 
 @pytest.mark.parametrize("value", [3, None, "a\0b"])
 def test_what_is_no_path_is_refused(value):
-    with pytest.raises(sr.InputError, match="path"):
+    with refused("path"):
         Run.load(value)
-    with pytest.raises(sr.InputError, match="path"):
+    with refused("path"):
         RUN.save(value)
 
 
@@ -208,7 +209,7 @@ def test_a_pipe_is_neither_read_nor_written(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(FileNotFoundError):
         Run.load(tmp_path / "pipe")
-    with pytest.raises(sr.InputError, match="which is a pipe"):
+    with refused("path", "pipe"):
         RUN.save(tmp_path / "pipe")
 
 
@@ -223,7 +224,7 @@ def test_a_pipe_is_neither_read_nor_written(tmp_path):
     ],
 )
 def test_arrays_whose_numbers_would_change_are_refused(name, value):
-    with pytest.raises(sr.InputError, match=f"^{name}: "):
+    with refused(name):
         replace(RUN, **{name: value})
 
 

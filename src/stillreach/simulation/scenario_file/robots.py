@@ -7,10 +7,12 @@ from typing import Any
 
 from stillreach._formats import FORMATS
 from stillreach._forms import Integer, Number, Text, Word
-from stillreach._kinds import Choice, Key, Table, keys_for
+from stillreach._kinds import Key, keys_for
 from stillreach._lists import MOST_JOINTS, List, Named
+from stillreach._messages import listed, nearest
 from stillreach._packages import WHERE, file_at
-from stillreach._reading import Place, Reading
+from stillreach._reading import WRONG, Place, Reading
+from stillreach._tables import COMPARED, Choice, Table, renamed
 from stillreach.arm import Arm, DHRow
 from stillreach.arm.dh import CONVENTIONS
 from stillreach.arm.joint import KINDS
@@ -25,13 +27,24 @@ FILES: dict[str, Callable[..., Arm]] = {name: getattr(Arm, f"from_{name}") for n
 
 
 class Robot(Choice):
-    """The arm; what is read after it has its joints."""
+    """The arm, by the one key that each table alone has; what is read after it has its joints."""
 
     def taken(self, value: Any, place: Place, reading: Reading) -> Any:
         """An Arm."""
-        arm = super().taken(value, place, reading)
+        way = next((name for name in self.tables if name in value), None)
+        arm = self.tables[way].read(value, place, reading) if way else self._unknown(value, place, reading)
         reading.arm = arm if isinstance(arm, Arm) else None
         return arm
+
+    def _unknown(self, value: dict[str, Any], place: Place, reading: Reading) -> Any:
+        """What else is wrong with it, as if it were the one that was meant."""
+        meant = [(name, near) for name in list(value)[:COMPARED] if (near := nearest(name, self.tables))][:1]
+        got = f"the keys {listed(value)}" if value else "an empty table"
+        hint = "".join(reading.hint(wrong, self.tables) for wrong, _ in meant)
+        reading.wrong(place, got, f"one of the keys {', '.join(self.tables)}", hint)
+        for wrong, near in meant:
+            self.tables[near].values(renamed(value, wrong, near), place, reading)
+        return WRONG
 
 
 def _from_file(values: dict[str, Any], reading: Reading) -> Arm:

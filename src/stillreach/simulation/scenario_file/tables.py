@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from stillreach._forms import INF, TIME, Either, Flag, Number, Text, Word
-from stillreach._kinds import Choice, Key, Table, keys_for, tables_of
+from stillreach._kinds import Key, keys_for
 from stillreach._lists import LOWER_FIRST, MOST_JOINTS, NOT_ALL_ZERO, Check, List, PerJoint
 from stillreach._reading import Reading
+from stillreach._tables import Choice, Table, tables_of
 from stillreach._units import ANGLES, LENGTHS
 from stillreach.errors import InputError
 from stillreach.faults import fault_tables
