@@ -162,7 +162,7 @@ class Scenario:
         """A new controller as the scenario describes it, nothing failed yet.
 
         Raises:
-            InputError: one of its settings is not what it should be.
+            InputError: if a setting is invalid.
         """
         settings = {name: getattr(self, name) for name in CONTROLLER_SETTINGS}
         return Controller(self.arm, track_gain=self.track_gain, **settings)
