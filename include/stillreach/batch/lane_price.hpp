@@ -1,4 +1,5 @@
-// The variables of one_price.hpp for all lanes at once. Columns are zero in lanes where a joint does not work, which changes no sum.
+// The variables of one_price.hpp for all lanes at once. Columns are zero in lanes where a joint does not work, which
+// changes no sum.
 #pragma once
 
 #include "stillreach/batch/lane_system.hpp"
@@ -31,20 +32,26 @@ struct LaneVariables {
   STILLREACH_INLINE void cut(const Wide* at) const {
     for (int i = 0; i < k; ++i) z[i] = clamp(at[i], lower[i], upper[i]);
   }
-  STILLREACH_INLINE void residual(const Wide* rhs, const Wide* rates, Wide* to) const { residual_of<M>(column, k, rhs, rates, to); }
+  STILLREACH_INLINE void residual(const Wide* rhs, const Wide* rates, Wide* to) const {
+    residual_of<M>(column, k, rhs, rates, to);
+  }
   STILLREACH_INLINE Wide largest(const Wide* rates) const {
     Wide most = wide(0.0);
     for (int i = 0; i < k; ++i) most = larger(most, select(works[i], magnitude(rates[i]), wide(0.0)));
     return most;
   }
   STILLREACH_INLINE void start() const {
-    for (int i = 0; i < k; ++i) side[i] = wide(0.0), masked_column[i] = masked + i * M;
+    for (int i = 0; i < k; ++i) {
+      side[i] = wide(0.0);
+      masked_column[i] = masked + i * M;
+    }
   }
   STILLREACH_INLINE Lanes classify(Lanes live, Wide slack) const {
     Lanes changed = no_lane();
     for (int i = 0; i < k; ++i) {
       const Wide now = select(live, side_of(side[i], target[i], lower[i], upper[i], slack), side[i]);
-      changed |= works[i] & (now != side[i]), side[i] = now;
+      changed |= works[i] & (now != side[i]);
+      side[i] = now;
     }
     return changed;
   }

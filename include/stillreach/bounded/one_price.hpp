@@ -1,7 +1,8 @@
-// The dual of a priced problem (price.hpp) with one price, where rounding decides nothing: written once for a number and for lanes, so
-// that both give the same bits. A step goes to the maximum of the quadratic piece at u, (A_F A_F' + kappa) u = c with kappa = 0 or
-// |u| = Y. Halley's method on 1 / |u| as a function of kappa takes one factorisation a step, and u follows kappa by its power series.
-// What remains, nearly dependent columns above all, is price_search.hpp's.
+// The dual of a priced problem (price.hpp) with one price, where rounding decides nothing: written once for a number
+// and for lanes, so that both give the same bits. A step goes to the maximum of the quadratic piece at u, (A_F A_F' +
+// kappa) u = c with kappa = 0 or |u| = Y. Halley's method on 1 / |u| as a function of kappa takes one factorisation a
+// step, and u follows kappa by its power series. What remains, nearly dependent columns above all, is
+// price_search.hpp's.
 #pragma once
 
 #include "stillreach/bounded/price.hpp"
@@ -21,18 +22,23 @@ struct OnePrice {
   using T = typename V::Number;
   using Where = typename V::Where;
   V& v;
-  const T* rhs;                // zeros behind
-  T most, inverse_most;        // Y
-  T longest, rhs_size;         // (nearly) of the columns, and of rhs
-  T u[kStride], kappa;         // the multiplier, zeros behind, and its damping
-  T iterations;                // factorisations
-  T residual[kStride];         // rhs - A z(u)
-  T slack;                     // rounding of A'u
-  typename V::Matrix f;        // of the piece's matrix with the damping `at`
+  const T* rhs;                              // zeros behind
+  T most, inverse_most;                      // Y
+  T longest, rhs_size;                       // (nearly) of the columns, and of rhs
+  T u[kStride], kappa;                       // the multiplier, zeros behind, and its damping
+  T iterations;                              // factorisations
+  T residual[kStride];                       // rhs - A z(u)
+  T slack;                                   // rounding of A'u
+  typename V::Matrix f;                      // of the piece's matrix with the damping `at`
   T diagonal[kRows], at, condition, change;  // change: square of the relative change of u by the last step of kappa
 
   STILLREACH_INLINE OnePrice(V& variables, const T* b, T price, T trace)
-      : v(variables), rhs(b), most(price), inverse_most(1.0 / price), longest(square_root(trace)), rhs_size(size_of(b)) {
+      : v(variables),
+        rhs(b),
+        most(price),
+        inverse_most(1.0 / price),
+        longest(square_root(trace)),
+        rhs_size(size_of(b)) {
     for (int r = 0; r < kStride; ++r) u[r] = residual[r] = fill<T>(0.0);
     kappa = iterations = slack = change = fill<T>(0.0);
   }
@@ -65,18 +71,20 @@ struct OnePrice {
     iterations += select(open, fill<T>(1.0), fill<T>(0.0));
   }
 
-  // Newton's step of kappa from `at` towards |x| = Y for x = (G + at)^-1 c, with Halley's correction, not past what is sure. Makes x the
-  // multiplier there.
+  // Newton's step of kappa from `at` towards |x| = Y for x = (G + at)^-1 c, with Halley's correction, not past what is
+  // sure. Makes x the multiplier there.
   STILLREACH_INLINE T damped_step(Where active, T size, T* x) {
     T w[kRows], y[kRows];
     solve<M, T>(f, x, w), solve<M, T>(f, w, y);
-    const T square = size * size, q = product(x, w), p = product(w, w), inverse_q = 1.0 / q, inverse_square = 1.0 / square;
+    const T square = size * size, q = product(x, w), p = product(w, w), inverse_q = 1.0 / q,
+            inverse_square = 1.0 / square;
     const T newton = madd(size, inverse_most, fill<T>(-1.0)) * square * inverse_q;
     const T bend = 1.5 * (q * inverse_square - p * inverse_q);
     const T least = select(size < most * (1.0 - 1e-9), fill<T>(0.0), 0.2 * at);
     const T next = larger(at + newton / larger(madd(newton, bend, fill<T>(1.0)), fill<T>(0.25)), least);
     const T step = select(active, next - at, fill<T>(0.0));
-    STILLREACH_UNROLL for (int r = 0; r < M; ++r) x[r] = select(active, madd(step, madd(step, y[r], -w[r]), x[r]), x[r]);
+    STILLREACH_UNROLL for (int r = 0; r < M; ++r) x[r] =
+        select(active, madd(step, madd(step, y[r], -w[r]), x[r]), x[r]);
     change = select(active, step * step * p * inverse_square, fill<T>(0.0));
     return select(active, next, at);
   }
@@ -96,7 +104,8 @@ struct OnePrice {
       T found = at;
       change = fill<T>(0.0);
       if (any(active)) found = damped_step(active, size, x);
-      change = select(open, change, was), kappa = select(open, found, kappa);
+      change = select(open, change, was);
+      kappa = select(open, found, kappa);
       STILLREACH_UNROLL for (int r = 0; r < M; ++r) next[r] = select(open, x[r], next[r]);
       open = open & (change > fill<T>(kSeries));
       at = select(open, kappa, at);
@@ -106,12 +115,14 @@ struct OnePrice {
     STILLREACH_UNROLL for (int r = 0; r < M; ++r) next[r] = select(full, next[r] * factor, next[r]);
   }
 
-  // How far along `way` the dual rises, where its slope is `rise`: from piece to piece, v.side holding the one that is reached.
+  // How far along `way` the dual rises, where its slope is `rise`: from piece to piece, v.side holding the one that is
+  // reached.
   STILLREACH_INLINE T scan_pieces(const T* way, T rise, Where open) {
     v.multiply(way, v.speed);
     const T zero = fill<T>(0.0), one = fill<T>(1.0);
     T curvature = zero, from = zero, part = one;
-    for (int i = 0; i < v.k; ++i) curvature = select(v.side[i] == zero, madd(v.speed[i], v.speed[i], curvature), curvature);
+    for (int i = 0; i < v.k; ++i)
+      curvature = select(v.side[i] == zero, madd(v.speed[i], v.speed[i], curvature), curvature);
     for (int event = 0; event < 2 * v.k && any(open); ++event) {
       T nearest = one, which = fill<T>(-1.0);
       for (int i = 0; i < v.k; ++i) {
@@ -119,13 +130,15 @@ struct OnePrice {
         const T bound = select(select(side == zero, ahead, side) > zero, v.upper[i], v.lower[i]);
         const T there = larger((bound - v.target[i]) / v.speed[i], from);
         const Where nearer = (side != ahead) & (v.speed[i] != zero) & (there < nearest);
-        nearest = select(nearer, there, nearest), which = select(nearer, fill<T>(i), which);
+        nearest = select(nearer, there, nearest);
+        which = select(nearer, fill<T>(i), which);
       }
       const T fall = curvature * (nearest - from), rest = larger(from, smaller(from + rise / curvature, one));
       const Where ends = open & ((which < zero) | (fall >= rise));
       part = select(ends, select(curvature > zero, rest, one), part);
       open = except(open, ends);
-      rise -= fall, from = nearest;
+      rise -= fall;
+      from = nearest;
       for (int i = 0; i < v.k; ++i) {
         const Where here = open & (which == fill<T>(i)), leaves = v.side[i] == zero;
         const T speed = v.speed[i], grown = larger(madd(select(leaves, -speed, speed), speed, curvature), zero);
@@ -136,8 +149,8 @@ struct OnePrice {
     return select(open, from, part);
   }
 
-  // From u towards `next`: all the way in the lanes that are returned, else to where the dual is greatest between them. Lanes in which
-  // rounding is all that is left to gain leave `live`.
+  // From u towards `next`: all the way in the lanes that are returned, else to where the dual is greatest between them.
+  // Lanes in which rounding is all that is left to gain leave `live`.
   STILLREACH_INLINE Where climb(Where& live, T* next) {
     T way[kStride], left[kStride];
     for (int r = 0; r < kStride; ++r) way[r] = r < M ? next[r] - u[r] : fill<T>(0.0);
@@ -157,14 +170,18 @@ struct OnePrice {
         rates_of(next, v.next, left);
       }
     }
-    STILLREACH_UNROLL for (int r = 0; r < M; ++r) u[r] = next[r], residual[r] = left[r];
+    STILLREACH_UNROLL for (int r = 0; r < M; ++r) {
+      u[r] = next[r];
+      residual[r] = left[r];
+    }
     T* const old = v.target;
-    v.target = v.next, v.next = old;
+    v.target = v.next;
+    v.next = old;
     return top;
   }
 
-  // Newton's step for u and kappa together with the matrix at hand, added to the rates, which leave `left`: they keep digits that A'u
-  // does not have.
+  // Newton's step for u and kappa together with the matrix at hand, added to the rates, which leave `left`: they keep
+  // digits that A'u does not have.
   STILLREACH_INLINE void polish(Where done, const T* left) {
     T h[kStride], w[kRows], step = fill<T>(0.0);
     for (int r = 0; r < kStride; ++r) h[r] = r < M ? madd(-kappa, u[r], left[r]) : fill<T>(0.0);
@@ -209,7 +226,8 @@ struct OnePrice {
       const Where top = climb(live, next), changed = v.classify(live, slack) | except(live, top);
       const Where tight = except(live, changed) & (change <= fill<T>(kConverged));
       const Where done = tight & (condition < fill<T>(kPieceCondition));
-      live = except(live, tight), found = found | done;
+      live = except(live, tight);
+      found = found | done;
       if (any(done)) finish(done);
       if (!any(live)) break;
       if (any(changed)) form_piece();
@@ -251,7 +269,9 @@ struct Variables {
       put(z + i, larger(smaller(get<P>(at + i), get<P>(upper + i)), get<P>(lower + i)));
     });
   }
-  STILLREACH_INLINE void residual(const double* rhs, const double* rates, double* to) const { residual_of(columns, nullptr, k, rhs, rates, to); }
+  STILLREACH_INLINE void residual(const double* rhs, const double* rates, double* to) const {
+    residual_of(columns, nullptr, k, rhs, rates, to);
+  }
   STILLREACH_INLINE double largest(const double* rates) const {
     double most = 0.0;
     for (int i = 0; i < k; ++i) most = larger(most, magnitude(rates[i]));
@@ -264,14 +284,19 @@ struct Variables {
     bool changed = false;
     in_packs(k, [&](auto type, int i) {
       using P = decltype(type);
-      const P was = get<P>(side + i), now = side_of(was, get<P>(target + i), get<P>(lower + i), get<P>(upper + i), fill<P>(slack));
-      changed |= any(now != was), put(side + i, now);
+      const P was = get<P>(side + i),
+              now = side_of(was, get<P>(target + i), get<P>(lower + i), get<P>(upper + i), fill<P>(slack));
+      changed |= any(now != was);
+      put(side + i, now);
     });
     return changed;
   }
   STILLREACH_INLINE void form(Matrix& f) const {
     int free = 0;
-    for (int i = 0; i < k; ++i) index[free] = i, free += side[i] == 0.0;
+    for (int i = 0; i < k; ++i) {
+      index[free] = i;
+      free += side[i] == 0.0;
+    }
     gram(Rows<M>{M}, columns, index, free, 0.0, f);
   }
   STILLREACH_INLINE void keep(bool) const {
@@ -280,7 +305,8 @@ struct Variables {
   STILLREACH_INLINE void move(bool) const {
     in_packs(k, [&](auto type, int i) {
       using P = decltype(type);
-      const P old = get<P>(answer + i), now = larger(smaller(old + get<P>(speed + i), get<P>(upper + i)), get<P>(lower + i));
+      const P old = get<P>(answer + i),
+              now = larger(smaller(old + get<P>(speed + i), get<P>(upper + i)), get<P>(lower + i));
       put(answer + i, select(get<P>(side + i) == fill<P>(0.0), now, old));
     });
   }

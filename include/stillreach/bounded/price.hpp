@@ -1,6 +1,7 @@
-// What a priced problem is (price_search.hpp solves it): of all z in the box those that minimise sum_g Y_g |(b - A z)_g| + |z|^2 / 2,
-// the error of each part g of the rows not squared. Its dual has at most six variables: max over |u_g| <= Y_g of
-// d(u) = b'u + min over the box of |z|^2 / 2 - u'A z, with the rates z(u) = A'u cut to the box and the gradient b - A z(u).
+// What a priced problem is (price_search.hpp solves it): of all z in the box those that minimise sum_g Y_g |(b - A
+// z)_g| + |z|^2 / 2, the error of each part g of the rows not squared. Its dual has at most six variables: max over
+// |u_g| <= Y_g of d(u) = b'u + min over the box of |z|^2 / 2 - u'A z, with the rates z(u) = A'u cut to the box and the
+// gradient b - A z(u).
 #pragma once
 
 #include "stillreach/bounded/careful.hpp"
@@ -69,7 +70,8 @@ STILLREACH_INLINE void spend(Rows<M> m, const Priced& d, double* v) {
   }
 }
 
-// On which side a variable is whose rate A'u would be `target`; what differs from before, `was`, by no more than rounding stays.
+// On which side a variable is whose rate A'u would be `target`; what differs from before, `was`, by no more than
+// rounding stays.
 template <class T>
 STILLREACH_INLINE T side_of(T was, T target, T lower, T upper, T slack) {
   const T zero = fill<T>(0.0), over = target - upper, under = lower - target;

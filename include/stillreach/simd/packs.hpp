@@ -92,7 +92,8 @@ STILLREACH_INLINE double doubt_in(const double* a, int count) {
 
 #if defined(STILLREACH_PORTABLE_PACK)
 STILLREACH_INLINE double either(const Pack& a, const Pack& b, int i) { return i < 4 ? a[i] : b[i - 4]; }
-#define STILLREACH_SHUFFLE(a, b, i, j, k, l) Pack{either(a, b, i), either(a, b, j), either(a, b, k), either(a, b, l)}
+#define STILLREACH_SHUFFLE(a, b, i, j, k, l) \
+  Pack { either(a, b, i), either(a, b, j), either(a, b, k), either(a, b, l) }
 #elif defined(__clang__)
 #define STILLREACH_SHUFFLE(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
 #else
