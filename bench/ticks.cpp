@@ -1,6 +1,7 @@
-// Control ticks, and rows of batches, for counting instructions: `ticks KIND COUNT` does that many, all of them in piece().
-// bench/instructions.py counts what is inside:
-//   valgrind --tool=callgrind --callgrind-out-file=/dev/null --collect-atstart=no --toggle-collect=piece ticks "least error" 1000
+// Control ticks, and rows of batches, for counting instructions: `ticks KIND COUNT` does that many, all of them in
+// piece(). bench/instructions.py counts what is inside:
+//   valgrind --tool=callgrind --callgrind-out-file=/dev/null --collect-atstart=no --toggle-collect=piece ticks "least
+//   error" 1000
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
@@ -47,7 +48,8 @@ Work batch(const stillreach::LawSettings& law) {
     const Robot robot(paper_chain(), law);
     const int n = robot.n;
     Random random(1);
-    const std::vector<double> q = random.vector(static_cast<int>(count) * n, 2.0), twist = random.vector(static_cast<int>(count) * 6, 0.3);
+    const std::vector<double> q = random.vector(static_cast<int>(count) * n, 2.0),
+                              twist = random.vector(static_cast<int>(count) * 6, 0.3);
     std::vector<double> lower(n, -50 * kDegree), upper(n, 50 * kDegree), rates(q.size());
     std::vector<std::int32_t> status(count);
     for (int joint : {1, 3, 6}) lower[joint] = upper[joint] = 0.0;
@@ -95,7 +97,8 @@ std::string compiler() {
   const char* const name = "GCC";
   const int version[] = {__GNUC__, __GNUC_MINOR__, __GNUC_PATCHLEVEL__};
 #endif
-  return name + (" " + std::to_string(version[0])) + "." + std::to_string(version[1]) + "." + std::to_string(version[2]);
+  return name + (" " + std::to_string(version[0])) + "." + std::to_string(version[1]) + "." +
+         std::to_string(version[2]);
 }
 
 }  // namespace
@@ -105,7 +108,8 @@ int main(int count, char** arguments) {
   if (count == 3)
     for (const auto& [name, work] : every_kind())
       if (name == arguments[1]) {
-        std::printf("%s, %s: sum of results %.17g\n", name.c_str(), kernel().instruction_set, work(std::atol(arguments[2])));
+        std::printf("%s, %s: sum of results %.17g\n", name.c_str(), kernel().instruction_set,
+                    work(std::atol(arguments[2])));
         return 0;
       }
   if (count != 1) {

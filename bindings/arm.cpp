@@ -10,18 +10,20 @@ static void couple(Arm& arm, nb::handle leaders, nb::handle factors, nb::handle 
   arm.n = 0;
   for (nb::handle leader : nb::iter(leaders)) {
     arm.leaders.push_back(nb::cast<int>(nb::int_(leader)));
-    if (arm.leaders.back() < 0 || arm.leaders.back() >= moved) refuse("leaders", describe(leaders), "indices of joints");
+    if (arm.leaders.back() < 0 || arm.leaders.back() >= moved)
+      refuse("leaders", describe(leaders), "indices of joints");
     arm.n = std::max(arm.n, arm.leaders.back() + 1);
   }
   arm.factors.resize(to_size(moved));
   arm.offsets.resize(to_size(moved));
   read_vector("factors", factors, moved, arm.factors.data());
   read_vector("offsets", offsets, moved, arm.offsets.data());
-  if (static_cast<int>(arm.leaders.size()) != moved) refuse("leaders", describe(leaders), std::to_string(moved) + " of them");
+  if (static_cast<int>(arm.leaders.size()) != moved)
+    refuse("leaders", describe(leaders), std::to_string(moved) + " of them");
 }
 
-static void make_arm(Arm* self, nb::handle kinds, nb::handle placements, nb::handle axes, nb::handle tool, nb::handle leaders,
-                     nb::handle factors, nb::handle offsets) {
+static void make_arm(Arm* self, nb::handle kinds, nb::handle placements, nb::handle axes, nb::handle tool,
+                     nb::handle leaders, nb::handle factors, nb::handle offsets) {
   View poses, directions, end = strict("tool", tool, {4, 4}, false);
   const long n = poses.open(placements) && poses.ndim() == 3 ? poses.size(0) : -1;
   View checked = strict("placements", placements, {n < 1 ? 1 : n, 4, 4}, false);
@@ -57,7 +59,8 @@ static void each_row(const stillreach::KinematicsBatch& b, long count) {
 static nb::object kinematics(const Arm& arm, nb::handle q, bool want_jacobian) {
   View rows = strict("q", q, {-1, arm.n}, false);
   const long count = rows.size(0), n = arm.n;
-  nb::object out = new_array(want_jacobian ? nb::object(nb::make_tuple(count, 6, n)) : nb::object(nb::make_tuple(count, 4, 4)));
+  nb::object out =
+      new_array(want_jacobian ? nb::object(nb::make_tuple(count, 6, n)) : nb::object(nb::make_tuple(count, 4, 4)));
   View to = strict("out", out, {count, want_jacobian ? 6 : 4, want_jacobian ? n : 4}, true);
   stillreach::KinematicsBatch b{};
   b.arm = arm.view();
@@ -68,8 +71,8 @@ static nb::object kinematics(const Arm& arm, nb::handle q, bool want_jacobian) {
 }
 
 // Singular values (N, min(m, joints)) of the task's weighted Jacobian at each row of q, or their products (N,).
-static nb::object spectra(const Arm& arm, nb::handle q, const Metric& metric, nb::sequence task_rows, bool tool_axes, nb::sequence joints,
-                          bool product) {
+static nb::object spectra(const Arm& arm, nb::handle q, const Metric& metric, nb::sequence task_rows, bool tool_axes,
+                          nb::sequence joints, bool product) {
   View rows = strict("q", q, {-1, arm.n}, false);
   const long count = rows.size(0);
   stillreach::KinematicsBatch b{};
@@ -83,10 +86,12 @@ static nb::object spectra(const Arm& arm, nb::handle q, const Metric& metric, nb
     if (r < 6) b.rows[r++] = nb::cast<int>(row);
   std::vector<int> chosen;
   for (nb::handle joint : joints) chosen.push_back(nb::cast<int>(joint));
-  if (r != b.m || metric.data->n != arm.n) refuse("metric", std::to_string(metric.data->n) + " joints", std::to_string(arm.n));
+  if (r != b.m || metric.data->n != arm.n)
+    refuse("metric", std::to_string(metric.data->n) + " joints", std::to_string(arm.n));
   b.joints = chosen.data();
   b.count = static_cast<int>(chosen.size());
-  nb::object out = new_array(product ? nb::object(nb::make_tuple(count)) : nb::object(nb::make_tuple(count, std::min(b.m, b.count))));
+  nb::object out = new_array(product ? nb::object(nb::make_tuple(count))
+                                     : nb::object(nb::make_tuple(count, std::min(b.m, b.count))));
   View to;
   to.open(out);
   (product ? b.manipulability : b.singular_values) = to.data();
@@ -101,16 +106,23 @@ void bind_arm(nb::module_& m) {
            "kinds (n,) JointKind; placements (n, 4, 4) of the joint frames seen from what the joint before moves; "
            "axes (n, 3) unit vectors in the joint frames; tool (4, 4). With leaders (n,) of these joints joint a is at "
            "factors[a] q[leaders[a]] + offsets[a], and the arm has as many joints as there are leaders.")
-      .def_prop_ro("n", [](const Arm& a) { return a.n; }, "Number of joints.")
-      .def("forward", [](const Arm& a, nb::handle q) { return kinematics(a, q, false); }, nb::arg("q"),
-           nb::sig("def forward(self, q: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]"),
-           "q (N, n) [rad, m] -> (N, 4, 4) [m] pose of the tool seen from the base.")
-      .def("jacobian", [](const Arm& a, nb::handle q) { return kinematics(a, q, true); }, nb::arg("q"),
-           nb::sig("def jacobian(self, q: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]"),
-           "q (N, n) [rad, m] -> (N, 6, n): [v; w] of the tool point, base axes.")
-      .def("spectra", &spectra, nb::arg("q"), nb::arg("metric"), nb::arg("rows"), nb::arg("tool_axes"), nb::arg("joints"), nb::arg("product"),
-           nb::sig("def spectra(self, q: numpy.typing.NDArray[numpy.float64], metric: Metric, rows: collections.abc.Sequence[int], "
-                   "tool_axes: bool, joints: collections.abc.Sequence[int], product: bool) -> numpy.typing.NDArray[numpy.float64]"),
-           "q (N, n) [rad, m] -> (N, min(m, joints)) singular values, falling, of these columns of the task's weighted Jacobian; "
+      .def_prop_ro(
+          "n", [](const Arm& a) { return a.n; }, "Number of joints.")
+      .def(
+          "forward", [](const Arm& a, nb::handle q) { return kinematics(a, q, false); }, nb::arg("q"),
+          nb::sig("def forward(self, q: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]"),
+          "q (N, n) [rad, m] -> (N, 4, 4) [m] pose of the tool seen from the base.")
+      .def(
+          "jacobian", [](const Arm& a, nb::handle q) { return kinematics(a, q, true); }, nb::arg("q"),
+          nb::sig("def jacobian(self, q: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]"),
+          "q (N, n) [rad, m] -> (N, 6, n): [v; w] of the tool point, base axes.")
+      .def("spectra", &spectra, nb::arg("q"), nb::arg("metric"), nb::arg("rows"), nb::arg("tool_axes"),
+           nb::arg("joints"), nb::arg("product"),
+           nb::sig("def spectra(self, q: numpy.typing.NDArray[numpy.float64], metric: Metric, rows: "
+                   "collections.abc.Sequence[int], "
+                   "tool_axes: bool, joints: collections.abc.Sequence[int], product: bool) -> "
+                   "numpy.typing.NDArray[numpy.float64]"),
+           "q (N, n) [rad, m] -> (N, min(m, joints)) singular values, falling, of these columns of the task's weighted "
+           "Jacobian; "
            "or (N,) their product, 0 where there are fewer columns than rows.");
 }

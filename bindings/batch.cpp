@@ -8,9 +8,11 @@
 
 namespace {
 
-// Rows between two looks at the signals: fewer of long arms, and of those whose full joint weight is factored in each row.
+// Rows between two looks at the signals: fewer of long arms, and of those whose full joint weight is factored in each
+// row.
 std::ptrdiff_t rows_at_once(std::ptrdiff_t n, bool full) {
-  return full ? std::clamp<std::ptrdiff_t>(4096 / (n * n), 1, 256) : std::clamp<std::ptrdiff_t>(4096 / n / 8 * 8, 8, 256);
+  return full ? std::clamp<std::ptrdiff_t>(4096 / (n * n), 1, 256)
+              : std::clamp<std::ptrdiff_t>(4096 / n / 8 * 8, 8, 256);
 }
 
 // The core's scratch memory of one thread.
@@ -20,7 +22,9 @@ struct BatchScratch {
   std::vector<std::int8_t> bytes;
   std::vector<double> rollout;
   stillreach::Memory fit(int n, bool full) {
-    const auto grow = [](auto& v, std::size_t count) { if (v.size() < count) v.resize(count); };
+    const auto grow = [](auto& v, std::size_t count) {
+      if (v.size() < count) v.resize(count);
+    };
     grow(ints, kernel().batch_ints(n));
     grow(bytes, kernel().batch_bytes(n));
     return {aligned(doubles, kernel().batch_doubles(n, full)), ints.data(), bytes.data()};
@@ -59,7 +63,9 @@ class Arrays {
     View& view = open_.back();
     const nb::object array = named_[name];
     const bool fits = view.open(array) && view.is_contiguous() && view.is_writable();
-    if (!fits || view.bytes() != static_cast<long>(sizeof(T)) * count) refuse(name, describe(array), std::string("a writable C-contiguous ") + kind + " array of " + std::to_string(count));
+    if (!fits || view.bytes() != static_cast<long>(sizeof(T)) * count)
+      refuse(name, describe(array),
+             std::string("a writable C-contiguous ") + kind + " array of " + std::to_string(count));
     return static_cast<T*>(static_cast<void*>(view.data()));
   }
 
@@ -89,8 +95,8 @@ void set_bounds(stillreach::Batch& b, Arrays& in, long count, long n) {
   if (upper_stride != b.bounds_stride) refuse("upper", "another shape", "the shape of lower");
 }
 
-void solve_batch(const Law& law, const Metric& metric, nb::handle arm, nb::sequence rows, bool tool_axes, long count, nb::dict given,
-                 nb::dict answers, int threads) {
+void solve_batch(const Law& law, const Metric& metric, nb::handle arm, nb::sequence rows, bool tool_axes, long count,
+                 nb::dict given, nb::dict answers, int threads) {
   stillreach::Batch b{};
   const long n = metric.data->n, m = metric.data->m;
   Arrays in(given), out(answers);
@@ -126,15 +132,17 @@ void solve_batch(const Law& law, const Metric& metric, nb::handle arm, nb::seque
   b.active = out.integers<std::int8_t>("active", count * n, "int8");
   b.iterations = out.integers<std::int32_t>("iterations", count, "int32");
   const bool full = b.metric.joints != nullptr;
-  run_unlocked(count, rows_at_once(n, full), threads > 0 ? threads : default_threads(), [&](std::ptrdiff_t first, std::ptrdiff_t last, const Stopped&) {
-    Lease<BatchScratch> scratch(batch_scratch);
-    kernel().batch(b, first, last, scratch->fit(b.arm.n, full));
-  });
+  run_unlocked(count, rows_at_once(n, full), threads > 0 ? threads : default_threads(),
+               [&](std::ptrdiff_t first, std::ptrdiff_t last, const Stopped&) {
+                 Lease<BatchScratch> scratch(batch_scratch);
+                 kernel().batch(b, first, last, scratch->fit(b.arm.n, full));
+               });
 }
 
 // Many scenarios advanced together; `given` and `answers` by name as below.
-void rollout_batch(const Law& law, const Metric& metric, const Arm& arm, nb::sequence rows, bool tool_axes, long count, long steps, long every,
-                   double period, bool runge_kutta, std::pair<long, long> twist_strides, nb::dict given, nb::dict answers, int threads) {
+void rollout_batch(const Law& law, const Metric& metric, const Arm& arm, nb::sequence rows, bool tool_axes, long count,
+                   long steps, long every, double period, bool runge_kutta, std::pair<long, long> twist_strides,
+                   nb::dict given, nb::dict answers, int threads) {
   stillreach::BatchRollout r{};
   stillreach::Batch& b = r.batch;
   const long n = metric.data->n, records = (steps + every - 1) / every;
@@ -168,29 +176,35 @@ void rollout_batch(const Law& law, const Metric& metric, const Arm& arm, nb::seq
   r.any_status = out.integers<std::int32_t>("any_status", count, "int32");
   const bool full = b.metric.joints != nullptr;
   const std::ptrdiff_t block = std::min<std::ptrdiff_t>(rows_at_once(n, full), stillreach::kRolloutBlock);
-  run_unlocked(count, block, threads > 0 ? threads : default_threads(), [&](std::ptrdiff_t first, std::ptrdiff_t last, const Stopped& stopped) {
-    Lease<BatchScratch> scratch(batch_scratch);
-    stillreach::BatchRollout mine = r;
-    mine.stop = [](void* context) { return (*static_cast<const Stopped*>(context))(); };
-    mine.context = const_cast<Stopped*>(&stopped);
-    kernel().rollout_rows(mine, first, last, scratch->fit(b.arm.n, full), scratch->fit_rollout(b.arm.n));
-  });
+  run_unlocked(count, block, threads > 0 ? threads : default_threads(),
+               [&](std::ptrdiff_t first, std::ptrdiff_t last, const Stopped& stopped) {
+                 Lease<BatchScratch> scratch(batch_scratch);
+                 stillreach::BatchRollout mine = r;
+                 mine.stop = [](void* context) { return (*static_cast<const Stopped*>(context))(); };
+                 mine.context = const_cast<Stopped*>(&stopped);
+                 kernel().rollout_rows(mine, first, last, scratch->fit(b.arm.n, full), scratch->fit_rollout(b.arm.n));
+               });
 }
 
 }  // namespace
 
 void bind_batch(nb::module_& m) {
-  m.def("solve_batch", &solve_batch, nb::arg("law"), nb::arg("metric"), nb::arg("arm").none(), nb::arg("rows"), nb::arg("tool_axes"),
-        nb::arg("count"), nb::arg("given"), nb::arg("answers"), nb::arg("threads"),
-        "Answers `count` rows. given: q (N, n) and twist (N, 6) or (6,) with an arm, or jacobians (N, m, n) and twist (N, m) or "
-        "(m,); lower and upper (N, n) or (n,); reference likewise; last (N, n) with period, position_lower, position_upper and "
+  m.def("solve_batch", &solve_batch, nb::arg("law"), nb::arg("metric"), nb::arg("arm").none(), nb::arg("rows"),
+        nb::arg("tool_axes"), nb::arg("count"), nb::arg("given"), nb::arg("answers"), nb::arg("threads"),
+        "Answers `count` rows. given: q (N, n) and twist (N, 6) or (6,) with an arm, or jacobians (N, m, n) and twist "
+        "(N, m) or "
+        "(m,); lower and upper (N, n) or (n,); reference likewise; last (N, n) with period, position_lower, "
+        "position_upper and "
         "acceleration (n,). answers: arrays to fill, by name. threads: 0 for the default.");
-  m.def("rollout_batch", &rollout_batch, nb::arg("law"), nb::arg("metric"), nb::arg("arm"), nb::arg("rows"), nb::arg("tool_axes"),
-        nb::arg("count"), nb::arg("steps"), nb::arg("every"), nb::arg("period"), nb::arg("runge_kutta"), nb::arg("twist_strides"),
-        nb::arg("given"), nb::arg("answers"), nb::arg("threads"),
-        "Advances `count` rows by `steps`. given: start (N, n), twist (flat, with twist_strides per row and step, 0 where shared), "
-        "lower and upper (N, n) or (n,), last_rates (N, n), position_lower, position_upper and acceleration (n,). answers: arrays to "
-        "fill, by name: q, rates (N, R, n), task_error, status (N, R) with R = ceil(steps / every); final_q, final_rates (N, n), "
+  m.def("rollout_batch", &rollout_batch, nb::arg("law"), nb::arg("metric"), nb::arg("arm"), nb::arg("rows"),
+        nb::arg("tool_axes"), nb::arg("count"), nb::arg("steps"), nb::arg("every"), nb::arg("period"),
+        nb::arg("runge_kutta"), nb::arg("twist_strides"), nb::arg("given"), nb::arg("answers"), nb::arg("threads"),
+        "Advances `count` rows by `steps`. given: start (N, n), twist (flat, with twist_strides per row and step, 0 "
+        "where shared), "
+        "lower and upper (N, n) or (n,), last_rates (N, n), position_lower, position_upper and acceleration (n,). "
+        "answers: arrays to "
+        "fill, by name: q, rates (N, R, n), task_error, status (N, R) with R = ceil(steps / every); final_q, "
+        "final_rates (N, n), "
         "worst_error, any_status (N,).");
   m.def("default_threads", &default_threads, "Threads that a batch uses where nothing says how many.");
 }

@@ -35,9 +35,9 @@ bool Controller::update_gradient(const double* q, bool raise) {
   return fine;
 }
 
-static void make_controller(Controller* self, const Arm& arm, const Law& law, const Metric& metric, nb::sequence rows, bool tool_axes,
-                            double period, nb::handle rotary, nb::handle labels, double return_rate, double transition_rate,
-                            double track_gain) {
+static void make_controller(Controller* self, const Arm& arm, const Law& law, const Metric& metric, nb::sequence rows,
+                            bool tool_axes, double period, nb::handle rotary, nb::handle labels, double return_rate,
+                            double transition_rate, double track_gain) {
   new (self) Controller();
   Controller& c = *self;
   c.arm = arm;
@@ -66,7 +66,11 @@ static void make_controller(Controller* self, const Arm& arm, const Law& law, co
   c.numbers.assign(33 * to_size(n), 0.0);
   c.bytes.assign(5 * to_size(n), 0);
   double* at = c.numbers.data();
-  const auto take = [&](int times) { double* p = at; at += times * n; return p; };
+  const auto take = [&](int times) {
+    double* p = at;
+    at += times * n;
+    return p;
+  };
   s.rate_lower = take(1);
   s.rate_upper = take(1);
   s.position_lower = take(1);
@@ -101,11 +105,13 @@ static void make_controller(Controller* self, const Arm& arm, const Law& law, co
 }
 
 // closing: the Closing bits of what closes in within the acceleration limits.
-static void set_limits(Controller& c, nb::handle rate_lower, nb::handle rate_upper, nb::handle position_lower, nb::handle position_upper,
-                       nb::handle acceleration, double speed, int closing) {
+static void set_limits(Controller& c, nb::handle rate_lower, nb::handle rate_upper, nb::handle position_lower,
+                       nb::handle position_upper, nb::handle acceleration, double speed, int closing) {
   const int n = c.n();
   stillreach::ControllerState& s = c.state;
-  const auto copy = [&](nb::handle from, const double* to) { read_vector("limits", from, n, const_cast<double*>(to), false); };
+  const auto copy = [&](nb::handle from, const double* to) {
+    read_vector("limits", from, n, const_cast<double*>(to), false);
+  };
   copy(rate_lower, s.rate_lower);
   copy(rate_upper, s.rate_upper);
   copy(acceleration, s.acceleration);
@@ -115,12 +121,16 @@ static void set_limits(Controller& c, nb::handle rate_lower, nb::handle rate_upp
   s.constant_bounds = 1;
   s.bounds_stand = 0;
   for (int i = 0; i < n; ++i) {
-    s.constant_bounds &= std::isinf(s.position_lower[i]) && std::isinf(s.position_upper[i]) && std::isinf(s.acceleration[i]);
+    s.constant_bounds &=
+        std::isinf(s.position_lower[i]) && std::isinf(s.position_upper[i]) && std::isinf(s.acceleration[i]);
     s.closing[i] = static_cast<std::int8_t>(s.closing[i] | closing);
   }
 }
 
-static void set_track_limits(Controller& c, double linear, double angular) { c.state.track_linear = linear; c.state.track_angular = angular; }
+static void set_track_limits(Controller& c, double linear, double angular) {
+  c.state.track_linear = linear;
+  c.state.track_angular = angular;
+}
 
 // What the controller did and what is broken, for a copy of it.
 template <class Visit>
@@ -142,7 +152,9 @@ static void each_memory(stillreach::ControllerState& s, int n, Visit visit) {
 
 static nb::bytes get_state(Controller& c) {
   std::string all;
-  const auto add = [&](const auto* from, int count) { all.append(reinterpret_cast<const char*>(from), sizeof *from * to_size(count)); };
+  const auto add = [&](const auto* from, int count) {
+    all.append(reinterpret_cast<const char*>(from), sizeof *from * to_size(count));
+  };
   each_memory(c.state, c.n(), add);
   return nb::bytes(all.data(), all.size());
 }
@@ -151,15 +163,20 @@ static void set_state(Controller& c, nb::bytes state) {
   const int n = c.n();
   std::size_t wanted = 0;
   each_memory(c.state, n, [&](auto* to, int count) { wanted += sizeof *to * to_size(count); });
-  if (state.size() != wanted) refuse("state", std::to_string(state.size()) + " bytes", std::to_string(wanted) + " bytes");
+  if (state.size() != wanted)
+    refuse("state", std::to_string(state.size()) + " bytes", std::to_string(wanted) + " bytes");
   const char* at = static_cast<const char*>(state.data());
-  const auto take = [&](auto* to, int count) { std::memcpy(to, at, sizeof *to * to_size(count)); at += sizeof *to * to_size(count); };
+  const auto take = [&](auto* to, int count) {
+    std::memcpy(to, at, sizeof *to * to_size(count));
+    at += sizeof *to * to_size(count);
+  };
   each_memory(c.state, n, take);
   c.state.bounds_stand = 0;
 }
 
 // Runs a tick and takes what it answers. All memory is found before the tick, so that it runs whole or not at all.
-static Solution solution_of_tick(Controller& c, const double* q, const double* twist, const double* target, double period, nb::handle out) {
+static Solution solution_of_tick(Controller& c, const double* q, const double* twist, const double* target,
+                                 double period, nb::handle out) {
   const int n = c.n(), m = c.state.m;
   Solution s;
   s.metric = c.metric;
@@ -182,7 +199,8 @@ static Solution solution_of_tick(Controller& c, const double* q, const double* t
   std::copy_n(c.state.twist, m, s.twist());
   std::copy_n(c.residual.data(), m, s.residual());
   std::int8_t* const reasons = s.reasons();
-  for (int i = 0; i < n; ++i) reasons[i] = stillreach::active_reason(c.answer.active[i], c.state.lower_reason[i], c.state.upper_reason[i]);
+  for (int i = 0; i < n; ++i)
+    reasons[i] = stillreach::active_reason(c.answer.active[i], c.state.lower_reason[i], c.state.upper_reason[i]);
   s.status = c.answer.status;
   s.iterations = c.answer.iterations;
   s.damping = c.answer.damping;
@@ -215,14 +233,16 @@ static Solution step(Controller& c, nb::handle q, nb::handle twist, nb::handle p
   return solution_of_tick(c, at->data(), command, nullptr, held, out);
 }
 
-static Solution track(Controller& c, nb::handle q, nb::handle target_pose, nb::handle feedforward, nb::handle period, nb::handle out) {
+static Solution track(Controller& c, nb::handle q, nb::handle target_pose, nb::handle feedforward, nb::handle period,
+                      nb::handle out) {
   Lease<std::vector<double>> at(c.measured);
   at->resize(to_size(c.n()));
   double command[6] = {0, 0, 0, 0, 0, 0}, target[12];
   read_vector("q", q, c.n(), at->data(), true, c.labels);
   View matrix;
   nb::object converted;
-  if (!(matrix.open(target_pose) && matrix.is_double() && matrix.is_contiguous() && matrix.ndim() == 2 && matrix.size(0) == 4 && matrix.size(1) == 4)) {
+  if (!(matrix.open(target_pose) && matrix.is_double() && matrix.is_contiguous() && matrix.ndim() == 2 &&
+        matrix.size(0) == 4 && matrix.size(1) == 4)) {
     converted = nb::module_::import_("stillreach._door").attr("pose")("target_pose", target_pose);
     matrix = strict("target_pose", converted, {4, 4}, false);
   }
@@ -236,9 +256,10 @@ static Solution track(Controller& c, nb::handle q, nb::handle target_pose, nb::h
   return solution_of_tick(c, at->data(), command, target, held, out);
 }
 
-// The arrays of a bound tick, held open for as long as it lives. What a tick needs comes first, in one line of the cache.
+// The arrays of a bound tick, held open for as long as it lives. What a tick needs comes first, in one line of the
+// cache.
 struct BoundTick {
-  Controller* c = nullptr;           // null once the garbage collector took it apart
+  Controller* c = nullptr;                    // null once the garbage collector took it apart
   const double *q, *twist, *target, *period;  // target, period: or null
   double* rates;
   nb::object controller;
@@ -278,8 +299,10 @@ static PyObject* call_tick(PyObject* self, PyObject*) {
   return nullptr;
 }
 
-static nb::object bind(nb::pointer_and_handle<Controller> self, nb::handle q, nb::handle twist, nb::handle rates, nb::handle target, nb::handle period) {
-  static PyMethodDef method{"tick", &call_tick, METH_NOARGS, "One tick on the bound arrays: reads them, writes the rates, returns the Status."};
+static nb::object bind(nb::pointer_and_handle<Controller> self, nb::handle q, nb::handle twist, nb::handle rates,
+                       nb::handle target, nb::handle period) {
+  static PyMethodDef method{"tick", &call_tick, METH_NOARGS,
+                            "One tick on the bound arrays: reads them, writes the rates, returns the Status."};
   Controller& c = *self.p;
   const nb::object owner = nb::inst_alloc(nb::type<BoundTick>());
   BoundTick* const b = new (nb::inst_ptr<BoundTick>(owner)) BoundTick();
@@ -333,8 +356,12 @@ static int clear_tick(PyObject* self) {
   return 0;
 }
 
-static PyType_Slot controller_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&visit_controller)}, {Py_tp_clear, reinterpret_cast<void*>(&clear_controller)}, {0, nullptr}};
-static PyType_Slot tick_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&visit_tick)}, {Py_tp_clear, reinterpret_cast<void*>(&clear_tick)}, {0, nullptr}};
+static PyType_Slot controller_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&visit_controller)},
+                                         {Py_tp_clear, reinterpret_cast<void*>(&clear_controller)},
+                                         {0, nullptr}};
+static PyType_Slot tick_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&visit_tick)},
+                                   {Py_tp_clear, reinterpret_cast<void*>(&clear_tick)},
+                                   {0, nullptr}};
 
 static void set_fault(Controller& c, int joint, stillreach::Health health, double first, double second) {
   kernel().set_fault(c.state, joint, {health, {first, second}});
@@ -366,7 +393,8 @@ static void reset(Controller& c, nb::handle rates) {
   c.state.transition = 0.0;
 }
 
-static void set_null_motion(Controller& c, stillreach::NullMotionKind kind, double gain, double largest, nb::handle vector, nb::handle gradient) {
+static void set_null_motion(Controller& c, stillreach::NullMotionKind kind, double gain, double largest,
+                            nb::handle vector, nb::handle gradient) {
   auto next = std::make_unique<NullMotion>();
   next->kind = kind;
   next->gain = gain;
@@ -378,70 +406,97 @@ static void set_null_motion(Controller& c, stillreach::NullMotionKind kind, doub
 }
 
 void bind_controller(nb::module_& m) {
-  nb::class_<BoundTick>(m, "BoundTick", nb::type_slots(tick_slots), "The arrays that Controller.bind() bound, held open.");
-  nb::class_<Controller> c(m, "ControllerCore", nb::type_slots(controller_slots), "The compiled part of stillreach.Controller.");
+  nb::class_<BoundTick>(m, "BoundTick", nb::type_slots(tick_slots),
+                        "The arrays that Controller.bind() bound, held open.");
+  nb::class_<Controller> c(m, "ControllerCore", nb::type_slots(controller_slots),
+                           "The compiled part of stillreach.Controller.");
   c.def("__init__", &make_controller, nb::kw_only(), nb::arg("arm"), nb::arg("law"), nb::arg("metric"), nb::arg("rows"),
-        nb::arg("tool_axes"), nb::arg("period"), nb::arg("rotary"), nb::arg("labels"), nb::arg("return_rate"), nb::arg("transition_rate"),
-        nb::arg("track_gain"));
-  c.def("step", &step, nb::arg("q").none(), nb::arg("twist").none(), nb::kw_only(), nb::arg("period").none() = nb::none(),
-        nb::arg("out").none() = nb::none(),
-        nb::sig("def step(self, q: numpy.typing.ArrayLike | collections.abc.Mapping[str, float], twist: numpy.typing.ArrayLike | "
-                "collections.abc.Mapping[str, float], *, period: float | None = None, out: numpy.typing.NDArray[numpy.float64] | None = "
+        nb::arg("tool_axes"), nb::arg("period"), nb::arg("rotary"), nb::arg("labels"), nb::arg("return_rate"),
+        nb::arg("transition_rate"), nb::arg("track_gain"));
+  c.def("step", &step, nb::arg("q").none(), nb::arg("twist").none(), nb::kw_only(),
+        nb::arg("period").none() = nb::none(), nb::arg("out").none() = nb::none(),
+        nb::sig("def step(self, q: numpy.typing.ArrayLike | collections.abc.Mapping[str, float], twist: "
+                "numpy.typing.ArrayLike | "
+                "collections.abc.Mapping[str, float], *, period: float | None = None, out: "
+                "numpy.typing.NDArray[numpy.float64] | None = "
                 "None) -> Solution"),
         "One tick: q (n,) [rad, m] measured, twist (6,) [m/s, rad/s] commanded along base axes -> Solution.\n\n"
-        "q may be a mapping or a pandas Series by joint name. period [s] is how long these rates are held, where that differs from tick "
-        "to tick; None: the controller's. out (n,) receives the rates instead of a new array. Raises InputError for anything that is not "
+        "q may be a mapping or a pandas Series by joint name. period [s] is how long these rates are held, where that "
+        "differs from tick "
+        "to tick; None: the controller's. out (n,) receives the rates instead of a new array. Raises InputError for "
+        "anything that is not "
         "finite or not of the right shape; the controller is then as it was.");
-  c.def("track", &track, nb::arg("q").none(), nb::arg("target_pose").none(), nb::arg("feedforward").none() = nb::none(), nb::kw_only(),
-        nb::arg("period").none() = nb::none(), nb::arg("out").none() = nb::none(),
-        nb::sig("def track(self, q: numpy.typing.ArrayLike | collections.abc.Mapping[str, float], target_pose: numpy.typing.ArrayLike, "
-                "feedforward: numpy.typing.ArrayLike | collections.abc.Mapping[str, float] | None = None, *, period: float | None = None, "
+  c.def("track", &track, nb::arg("q").none(), nb::arg("target_pose").none(), nb::arg("feedforward").none() = nb::none(),
+        nb::kw_only(), nb::arg("period").none() = nb::none(), nb::arg("out").none() = nb::none(),
+        nb::sig("def track(self, q: numpy.typing.ArrayLike | collections.abc.Mapping[str, float], target_pose: "
+                "numpy.typing.ArrayLike, "
+                "feedforward: numpy.typing.ArrayLike | collections.abc.Mapping[str, float] | None = None, *, period: "
+                "float | None = None, "
                 "out: numpy.typing.NDArray[numpy.float64] | None = None) -> Solution"),
-        "One tick that closes the loop on the tool's pose: target_pose (4, 4) [m] in the base frame, feedforward (6,) the twist "
+        "One tick that closes the loop on the tool's pose: target_pose (4, 4) [m] in the base frame, feedforward (6,) "
+        "the twist "
         "that the target moves with -> Solution.\n\n"
-        "A target within 1e-5 of a rigid transform (float32, six decimals) is brought to the nearest one. q, period and out: as of step.");
-  c.def("bind", &bind, nb::kw_only(), nb::arg("q").none(), nb::arg("twist").none(), nb::arg("rates").none(), nb::arg("target").none() = nb::none(),
-        nb::arg("period").none() = nb::none(),
-        nb::sig("def bind(self, *, q: numpy.typing.NDArray[numpy.float64], twist: numpy.typing.NDArray[numpy.float64], rates: "
-                "numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64] | None = None, period: "
-                "numpy.typing.NDArray[numpy.float64] | None = None) -> collections.abc.Callable[[], stillreach.status.Status]"),
-        "Binds arrays once and returns a function tick() for a loop.\n\n"
-        "Each call reads q (n,), twist (6,), and, if given, target (4, 4), the pose to track with twist as feedforward, and period (1,) "
-        "[s], for which the rates are held. It writes rates (n,) in place and returns the Status. It raises no Exception: non-finite "
-        "input, an invalid target and a period that is not positive give INVALID_INPUT and braking. Ctrl-C in a gradient is raised, and "
-        "the tick is left out. Inputs are read before rates are written, so the arrays may overlap.");
+        "A target within 1e-5 of a rigid transform (float32, six decimals) is brought to the nearest one. q, period "
+        "and out: as of step.");
+  c.def(
+      "bind", &bind, nb::kw_only(), nb::arg("q").none(), nb::arg("twist").none(), nb::arg("rates").none(),
+      nb::arg("target").none() = nb::none(), nb::arg("period").none() = nb::none(),
+      nb::sig("def bind(self, *, q: numpy.typing.NDArray[numpy.float64], twist: numpy.typing.NDArray[numpy.float64], "
+              "rates: "
+              "numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64] | None = None, period: "
+              "numpy.typing.NDArray[numpy.float64] | None = None) -> collections.abc.Callable[[], "
+              "stillreach.status.Status]"),
+      "Binds arrays once and returns a function tick() for a loop.\n\n"
+      "Each call reads q (n,), twist (6,), and, if given, target (4, 4), the pose to track with twist as feedforward, "
+      "and period (1,) "
+      "[s], for which the rates are held. It writes rates (n,) in place and returns the Status. It raises no "
+      "Exception: non-finite "
+      "input, an invalid target and a period that is not positive give INVALID_INPUT and braking. Ctrl-C in a gradient "
+      "is raised, and "
+      "the tick is left out. Inputs are read before rates are written, so the arrays may overlap.");
   c.def("_set_fault", &set_fault, nb::arg("joint"), nb::arg("health"), nb::arg("first"), nb::arg("second"));
   c.def("_working_rates", &working_rates, nb::arg("limits"),
-        nb::sig("def _working_rates(self, limits: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]"));
-  c.def("_set_limits", &set_limits, nb::arg("rate_lower"), nb::arg("rate_upper"), nb::arg("position_lower"), nb::arg("position_upper"),
-        nb::arg("acceleration"), nb::arg("speed"), nb::arg("closing"));
+        nb::sig("def _working_rates(self, limits: numpy.typing.NDArray[numpy.float64]) -> "
+                "numpy.typing.NDArray[numpy.float64]"));
+  c.def("_set_limits", &set_limits, nb::arg("rate_lower"), nb::arg("rate_upper"), nb::arg("position_lower"),
+        nb::arg("position_upper"), nb::arg("acceleration"), nb::arg("speed"), nb::arg("closing"));
   c.def("_set_track_limits", &set_track_limits, nb::arg("linear"), nb::arg("angular"));
   c.def("_get_state", &get_state);
   c.def("_set_state", &set_state, nb::arg("state"));
   c.def("_reset", &reset, nb::arg("rates").none());
-  c.def("_set_null_motion", &set_null_motion, nb::arg("kind"), nb::arg("gain"), nb::arg("largest"), nb::arg("vector").none(),
-        nb::arg("gradient").none());
-  c.def_prop_ro("health", [](const Controller& s) {
-    nb::object numpy = nb::module_::import_("numpy");
-    std::string codes;
-    for (const stillreach::Fault& fault : s.faults) codes.push_back(static_cast<char>(fault.health));
-    return numpy.attr("frombuffer")(nb::bytes(codes.data(), codes.size()), nb::arg("dtype") = numpy.attr("int8"));
-  }, nb::sig("def health(self) -> numpy.typing.NDArray[numpy.int8]"), "(n,) Health of each joint.");
-  c.def_prop_ro("last_rates", [](const Controller& s) {
-    nb::object array = new_vector(s.n());
-    View view;
-    view.open(array);
-    std::copy_n(s.state.last, s.n(), view.data());
-    return array;
-  }, nb::sig("def last_rates(self) -> numpy.typing.NDArray[numpy.float64]"), "(n,) the last commanded rates.");
+  c.def("_set_null_motion", &set_null_motion, nb::arg("kind"), nb::arg("gain"), nb::arg("largest"),
+        nb::arg("vector").none(), nb::arg("gradient").none());
+  c.def_prop_ro(
+      "health",
+      [](const Controller& s) {
+        nb::object numpy = nb::module_::import_("numpy");
+        std::string codes;
+        for (const stillreach::Fault& fault : s.faults) codes.push_back(static_cast<char>(fault.health));
+        return numpy.attr("frombuffer")(nb::bytes(codes.data(), codes.size()), nb::arg("dtype") = numpy.attr("int8"));
+      },
+      nb::sig("def health(self) -> numpy.typing.NDArray[numpy.int8]"), "(n,) Health of each joint.");
+  c.def_prop_ro(
+      "last_rates",
+      [](const Controller& s) {
+        nb::object array = new_vector(s.n());
+        View view;
+        view.open(array);
+        std::copy_n(s.state.last, s.n(), view.data());
+        return array;
+      },
+      nb::sig("def last_rates(self) -> numpy.typing.NDArray[numpy.float64]"), "(n,) the last commanded rates.");
   bind_rollout(c);
   m.attr("RIGID_TOLERANCE") = stillreach::kRigid;
-  m.def("rigid", [](nb::handle T) -> nb::object {
-    double pose[12];
-    if (!kernel().read_pose(strict("T", T, {4, 4}, false).data(), pose)) return nb::none();
-    nb::object rigid = new_array(nb::make_tuple(4, 4));
-    stillreach::write_pose(pose, strict("T", rigid, {4, 4}, true).data());
-    return rigid;
-  }, nb::arg("T"), nb::sig("def rigid(T: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64] | None"),
-        "The rigid transform nearest to T (4, 4), or None where none is within RIGID_TOLERANCE.");
+  m.def(
+      "rigid",
+      [](nb::handle T) -> nb::object {
+        double pose[12];
+        if (!kernel().read_pose(strict("T", T, {4, 4}, false).data(), pose)) return nb::none();
+        nb::object rigid = new_array(nb::make_tuple(4, 4));
+        stillreach::write_pose(pose, strict("T", rigid, {4, 4}, true).data());
+        return rigid;
+      },
+      nb::arg("T"),
+      nb::sig("def rigid(T: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64] | None"),
+      "The rigid transform nearest to T (4, 4), or None where none is within RIGID_TOLERANCE.");
 }

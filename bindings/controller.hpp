@@ -16,7 +16,7 @@ struct Controller {
   std::shared_ptr<const MetricData> metric;
   stillreach::ControllerState state{};
   Scratch scratch;
-  std::vector<double> numbers;       // everything that `state` points to
+  std::vector<double> numbers;  // everything that `state` points to
   std::vector<std::int8_t> bytes;
   std::vector<stillreach::Fault> faults;
   std::vector<double> rates, residual;
@@ -39,9 +39,9 @@ struct Controller {
     state.period = own;
     state.uneven = 0;
   }
-  // Called before each tick: takes over a null motion that was set meanwhile, and evaluates its gradient at q. False, with
-  // the null motion off for this tick, where the gradient failed and `raise` is false; what is no Exception, such as
-  // KeyboardInterrupt, is raised in any case.
+  // Called before each tick: takes over a null motion that was set meanwhile, and evaluates its gradient at q. False,
+  // with the null motion off for this tick, where the gradient failed and `raise` is false; what is no Exception, such
+  // as KeyboardInterrupt, is raised in any case.
   bool prepare(const double* q, bool raise) {
     if (next) take_next();
     return !gradient.is_valid() || update_gradient(q, raise);

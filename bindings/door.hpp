@@ -66,8 +66,8 @@ inline PyTypeObject* array_type() {
   return reinterpret_cast<PyTypeObject*>(type);
 }
 
-// A NumPy vector of `length` float64 in place, without the cost of the buffer protocol; null where it is something else. Only
-// macros of NumPy's headers are used and none of its functions, so that the module needs no NumPy to load.
+// A NumPy vector of `length` float64 in place, without the cost of the buffer protocol; null where it is something
+// else. Only macros of NumPy's headers are used and none of its functions, so that the module needs no NumPy to load.
 inline double* numpy_vector(nb::handle object, long length, bool writable = false) {
   PyArrayObject* const array = reinterpret_cast<PyArrayObject*>(object.ptr());
   if (Py_TYPE(object.ptr()) != array_type()) return nullptr;
@@ -98,7 +98,9 @@ inline std::string describe(nb::handle object) {
 // Opens `object` in place: float64, C-contiguous, aligned, of this shape (-1: any length); and writable where asked.
 inline View strict(const char* argument, nb::handle object, std::initializer_list<long> shape, bool writable) {
   View view;
-  const auto wanted = [&] { return std::string(writable ? "a writable" : "a") + " C-contiguous float64 array of shape " + shape_text(shape); };
+  const auto wanted = [&] {
+    return std::string(writable ? "a writable" : "a") + " C-contiguous float64 array of shape " + shape_text(shape);
+  };
   if (!view.open(object)) refuse(argument, describe(object), wanted());
   bool fits = view.ndim() == static_cast<int>(shape.size());
   int axis = 0;
@@ -119,15 +121,19 @@ inline bool readable(View& view, nb::handle object, long length) {
   return view.size(0) == length && view.is_double() && view.is_contiguous() && view.is_aligned();
 }
 
-// Reads `length` finite numbers from anything that the door turns into a float64 vector; by `labels` where it has labels.
-inline void read_vector(const char* argument, nb::handle object, long length, double* to, bool finite = true, nb::handle labels = nb::none()) {
+// Reads `length` finite numbers from anything that the door turns into a float64 vector; by `labels` where it has
+// labels.
+inline void read_vector(const char* argument, nb::handle object, long length, double* to, bool finite = true,
+                        nb::handle labels = nb::none()) {
   View view;
   if (const double* in_place = numpy_vector(object, length)) {
     for (long i = 0; i < length; ++i) to[i] = in_place[i];
   } else if (readable(view, object, length)) {
     for (long i = 0; i < length; ++i) to[i] = view.data()[i];
   } else {
-    const nb::object array = nb::module_::import_("stillreach._door").attr("vector")(argument, object, length, nb::arg("allow_inf") = !finite, nb::arg("one_for_all") = false, nb::arg("labels") = labels);
+    const nb::object array = nb::module_::import_("stillreach._door")
+                                 .attr("vector")(argument, object, length, nb::arg("allow_inf") = !finite,
+                                                 nb::arg("one_for_all") = false, nb::arg("labels") = labels);
     View converted = strict(argument, array, {length}, false);
     for (long i = 0; i < length; ++i) to[i] = converted.data()[i];
   }
@@ -146,8 +152,8 @@ inline nb::object new_array(nb::handle shape) {
   return nb::steal(array);
 }
 
-// A new float64 vector. NumPy's own constructor costs a third of numpy.empty; it is taken from its place in NumPy's C API (the
-// table's entries keep theirs), once it has been seen to make what it should.
+// A new float64 vector. NumPy's own constructor costs a third of numpy.empty; it is taken from its place in NumPy's C
+// API (the table's entries keep theirs), once it has been seen to make what it should.
 inline nb::object new_vector(long length) {
   using New = PyObject* (*)(PyTypeObject*, int, const Py_ssize_t*, int, const Py_ssize_t*, void*, int, int, PyObject*);
   struct Known {
@@ -156,7 +162,9 @@ inline nb::object new_vector(long length) {
     Known() {
       try {
         const nb::object numpy = nb::module_::import_("numpy");
-        nb::object api = nb::module_::import_(nb::hasattr(numpy, "_core") ? "numpy._core.multiarray" : "numpy.core.multiarray").attr("_ARRAY_API");
+        nb::object api =
+            nb::module_::import_(nb::hasattr(numpy, "_core") ? "numpy._core.multiarray" : "numpy.core.multiarray")
+                .attr("_ARRAY_API");
         void** table = static_cast<void**>(PyCapsule_GetPointer(api.ptr(), nullptr));
         if (!table) nb::raise_python_error();
         if (table[2] != numpy.attr("ndarray").ptr()) return;

@@ -2,15 +2,16 @@
 #include "settings.hpp"
 
 #define STILLREACH_VALUE(name, meaning) .value(#name, Set::name, meaning)
-#define STILLREACH_ENUM(Kind, LIST, doc)                                          \
-  {                                                                               \
-    using Set = stillreach::Kind;                                                 \
-    nb::enum_<Set>(m, #Kind, nb::is_arithmetic(), doc) LIST(STILLREACH_VALUE);    \
+#define STILLREACH_ENUM(Kind, LIST, doc)                                       \
+  {                                                                            \
+    using Set = stillreach::Kind;                                              \
+    nb::enum_<Set>(m, #Kind, nb::is_arithmetic(), doc) LIST(STILLREACH_VALUE); \
   }
 
 void bind_enums(nb::module_& m) {
-  STILLREACH_ENUM(Reason, STILLREACH_REASON,
-                  "Why a rate bound is what it is. In ``Solution.active`` negative at the lower bound, positive at the upper one.")
+  STILLREACH_ENUM(
+      Reason, STILLREACH_REASON,
+      "Why a rate bound is what it is. In ``Solution.active`` negative at the lower bound, positive at the upper one.")
   STILLREACH_ENUM(Health, STILLREACH_HEALTH, "State of a joint, as ``Run.health`` and ``Controller.health`` hold it.")
   STILLREACH_ENUM(JointKind, STILLREACH_JOINT_KIND, "What a joint does.")
   STILLREACH_ENUM(LawKind, STILLREACH_LAW_KIND, "The laws.")

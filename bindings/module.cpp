@@ -10,6 +10,8 @@ NB_MODULE(_core, m) {
   bind_solve(m);
   bind_controller(m);
   bind_batch(m);
-  m.def("instruction_set", []() { return kernel().instruction_set; },
-        "Which build of the core runs here: \"avx512\", \"avx2\" or \"baseline\"; STILLREACH_INSTRUCTIONS names the most that may be used.");
+  m.def(
+      "instruction_set", []() { return kernel().instruction_set; },
+      "Which build of the core runs here: \"avx512\", \"avx2\" or \"baseline\"; STILLREACH_INSTRUCTIONS names the most "
+      "that may be used.");
 }

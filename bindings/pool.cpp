@@ -27,8 +27,10 @@ constexpr std::chrono::milliseconds kPatience{50};
 class Pool {
  public:
   std::atomic_flag busy = ATOMIC_FLAG_INIT;  // one batch at a time; one from a signal handler meets its own thread's
-  // Runs `job` on `helpers` threads and `own` on this one, which throw nothing; `meanwhile` is called now and then while the others go on.
-  void run(int helpers, const std::function<void()>& job, const std::function<void()>& own, const std::function<bool()>& meanwhile) {
+  // Runs `job` on `helpers` threads and `own` on this one, which throw nothing; `meanwhile` is called now and then
+  // while the others go on.
+  void run(int helpers, const std::function<void()>& job, const std::function<void()>& own,
+           const std::function<bool()>& meanwhile) {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       helpers = start(helpers);
@@ -82,8 +84,8 @@ class Pool {
   long turn_ = 0;
 };
 
-// The process's pool. A child of fork() has none of its parent's threads, and gets a pool of its own; the old one's locks
-// may be held by threads that are gone, so it is left alone. Null where there is no memory for one.
+// The process's pool. A child of fork() has none of its parent's threads, and gets a pool of its own; the old one's
+// locks may be held by threads that are gone, so it is left alone. Null where there is no memory for one.
 Pool* pool() {
   static std::atomic<Pool*> current{nullptr};
   static std::atomic<long> owner{-1};
@@ -115,7 +117,8 @@ int default_threads() {
 }
 
 bool run_blocks(std::ptrdiff_t count, std::ptrdiff_t block, int threads,
-                const std::function<void(std::ptrdiff_t, std::ptrdiff_t, const Stopped&)>& work, const std::function<bool()>& between) {
+                const std::function<void(std::ptrdiff_t, std::ptrdiff_t, const Stopped&)>& work,
+                const std::function<bool()>& between) {
   std::atomic<std::ptrdiff_t> next{0};
   std::atomic<bool> stop{false};
   std::atomic_flag failed = ATOMIC_FLAG_INIT;

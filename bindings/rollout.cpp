@@ -5,25 +5,30 @@
 template <class T>
 static T* open_integers(View& view, const char* name, nb::handle array, long count, const char* kind) {
   const bool fits = view.open(array) && view.is_contiguous() && view.is_writable();
-  if (!fits || view.bytes() != static_cast<long>(sizeof(T)) * count) refuse(name, describe(array), std::string("a writable C-contiguous ") + kind + " array of " + std::to_string(count));
+  if (!fits || view.bytes() != static_cast<long>(sizeof(T)) * count)
+    refuse(name, describe(array),
+           std::string("a writable C-contiguous ") + kind + " array of " + std::to_string(count));
   return static_cast<T*>(static_cast<void*>(view.data()));
 }
 
-static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle targets, nb::str integrator, bool advance, nb::dict record) {
+static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle targets, nb::str integrator,
+                    bool advance, nb::dict record) {
   const long n = c.n();
   const std::string method = integrator.c_str();
   if (method != "euler" && method != "rk4") refuse("integrator", "'" + method + "'", "'euler' or 'rk4'");
   const int stages = method == "rk4" ? 2 : 1;
   View at = strict("q", q, {n}, true), commands = strict("twists", twists, {-1, 6}, false);
   const long rows = commands.size(0), steps = stages == 2 && advance ? (rows - 1) / 2 : rows;
-  if (stages == 2 && advance && rows % 2 != 1) refuse("twists", std::to_string(rows) + " rows", "2 K + 1 rows: one each half tick");
+  if (stages == 2 && advance && rows % 2 != 1)
+    refuse("twists", std::to_string(rows) + " rows", "2 K + 1 rows: one each half tick");
   View poses;
   std::vector<double> frames;
   if (!targets.is_none()) {
     poses = strict("targets", targets, {rows, 4, 4}, false);
     frames.resize(12 * to_size(rows));
     for (long t = 0; t < rows; ++t)
-      if (!kernel().read_pose(poses.data() + 16 * t, frames.data() + 12 * t)) refuse("targets", "row " + std::to_string(t), "rigid transforms (4 x 4)");
+      if (!kernel().read_pose(poses.data() + 16 * t, frames.data() + 12 * t))
+        refuse("targets", "row " + std::to_string(t), "rigid transforms (4 x 4)");
   }
   std::vector<View> open;
   open.reserve(12);
@@ -50,8 +55,9 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
   std::vector<double> scratch(4 * to_size(n));
   std::vector<std::int8_t> scratch_active(to_size(n));
   const auto run = [&](long first, long count, const stillreach::Record& where) {
-    kernel().rollout(c.state, at.data(), commands.data() + 6 * stages * first, frames.empty() ? nullptr : frames.data() + 12 * stages * first,
-                     count, stages, advance, c.scratch.memory(), c.answer, scratch.data(), scratch_active.data(), where);
+    kernel().rollout(c.state, at.data(), commands.data() + 6 * stages * first,
+                     frames.empty() ? nullptr : frames.data() + 12 * stages * first, count, stages, advance,
+                     c.scratch.memory(), c.answer, scratch.data(), scratch_active.data(), where);
   };
   c.prepare(at.data(), true);
   if (!c.gradient.is_valid()) return run(0, steps, to);
@@ -76,9 +82,11 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
 }
 
 void bind_rollout(nb::class_<Controller>& c) {
-  c.def("rollout", &rollout, nb::arg("q"), nb::arg("twists"), nb::arg("targets").none() = nb::none(), nb::kw_only(),
-        nb::arg("integrator") = "euler", nb::arg("advance") = true, nb::arg("record"),
-        "A chunk of simulated ticks from q (n,), which is moved along.\n\n"
-        "twists (K, 6) commands, for \"rk4\" (2 K + 1, 6), one each half tick; targets (as many, 4, 4) poses to track, or None; "
-        "record: arrays by the names of Run, K rows each; advance=False records K ticks at q and leaves it where it is.");
+  c.def(
+      "rollout", &rollout, nb::arg("q"), nb::arg("twists"), nb::arg("targets").none() = nb::none(), nb::kw_only(),
+      nb::arg("integrator") = "euler", nb::arg("advance") = true, nb::arg("record"),
+      "A chunk of simulated ticks from q (n,), which is moved along.\n\n"
+      "twists (K, 6) commands, for \"rk4\" (2 K + 1, 6), one each half tick; targets (as many, 4, 4) poses to track, "
+      "or None; "
+      "record: arrays by the names of Run, K rows each; advance=False records K ticks at q and leaves it where it is.");
 }

@@ -26,24 +26,30 @@ static Metric make_metric(int m, int n, nb::handle rows, nb::handle units, nb::h
 
 void bind_settings(nb::module_& m) {
   nb::class_<Law>(m, "Law", "Settings of a law, as the core reads them.")
-      .def("__init__",
-           [](Law* law, stillreach::LawKind kind, stillreach::DampingKind damping, stillreach::NormKind norm, double kappa, double rank_tolerance, std::vector<int> part, std::vector<double> price, int capped,
-              double ceiling, double beyond) {
-             stillreach::LawSettings s{kind, damping, norm, kappa, rank_tolerance, static_cast<int>(price.size()), {}, {}, capped, ceiling, beyond};
-             for (std::size_t g = 0; g < price.size() && g < stillreach::kParts; ++g) s.price[g] = price[g];
-             for (std::size_t r = 0; r < part.size() && r < 6; ++r) s.part[r] = static_cast<std::int8_t>(part[r]);
-             new (law) Law{s};
-           },
-           nb::arg("kind"), nb::kw_only(), nb::arg("damping") = stillreach::DampingKind::NUMBER, nb::arg("norm") = stillreach::NormKind::MAXIMUM, nb::arg("kappa") = 0.0,
-           nb::arg("rank_tolerance") = 1e-10, nb::arg("part") = std::vector<int>{}, nb::arg("price") = std::vector<double>{},
-           nb::arg("capped") = -1, nb::arg("ceiling") = 0.0, nb::arg("beyond") = 0.0);
+      .def(
+          "__init__",
+          [](Law* law, stillreach::LawKind kind, stillreach::DampingKind damping, stillreach::NormKind norm,
+             double kappa, double rank_tolerance, std::vector<int> part, std::vector<double> price, int capped,
+             double ceiling, double beyond) {
+            stillreach::LawSettings s{kind, damping, norm,   kappa,   rank_tolerance, static_cast<int>(price.size()),
+                                      {},   {},      capped, ceiling, beyond};
+            for (std::size_t g = 0; g < price.size() && g < stillreach::kParts; ++g) s.price[g] = price[g];
+            for (std::size_t r = 0; r < part.size() && r < 6; ++r) s.part[r] = static_cast<std::int8_t>(part[r]);
+            new (law) Law{s};
+          },
+          nb::arg("kind"), nb::kw_only(), nb::arg("damping") = stillreach::DampingKind::NUMBER,
+          nb::arg("norm") = stillreach::NormKind::MAXIMUM, nb::arg("kappa") = 0.0, nb::arg("rank_tolerance") = 1e-10,
+          nb::arg("part") = std::vector<int>{}, nb::arg("price") = std::vector<double>{}, nb::arg("capped") = -1,
+          nb::arg("ceiling") = 0.0, nb::arg("beyond") = 0.0);
   nb::class_<Metric>(m, "Metric", "Units and weights of m task rows and n joints.")
-      .def("__init__",
-           [](Metric* self, int rows_count, int n, nb::handle rows, nb::handle units, nb::handle columns, nb::handle joints) {
-             new (self) Metric(make_metric(rows_count, n, rows, units, columns, joints));
-           },
-           nb::arg("m"), nb::arg("n"), nb::kw_only(), nb::arg("rows").none() = nb::none(), nb::arg("units").none() = nb::none(),
-           nb::arg("columns").none() = nb::none(), nb::arg("joints").none() = nb::none())
-      .def_prop_ro("weightless", [](const Metric& self) { return self.data->weightless; },
-                   "Rank that the weight of the rows lacks: 0 where it is positive definite.");
+      .def(
+          "__init__",
+          [](Metric* self, int rows_count, int n, nb::handle rows, nb::handle units, nb::handle columns,
+             nb::handle joints) { new (self) Metric(make_metric(rows_count, n, rows, units, columns, joints)); },
+          nb::arg("m"), nb::arg("n"), nb::kw_only(), nb::arg("rows").none() = nb::none(),
+          nb::arg("units").none() = nb::none(), nb::arg("columns").none() = nb::none(),
+          nb::arg("joints").none() = nb::none())
+      .def_prop_ro(
+          "weightless", [](const Metric& self) { return self.data->weightless; },
+          "Rank that the weight of the rows lacks: 0 where it is positive definite.");
 }

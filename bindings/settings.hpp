@@ -57,7 +57,7 @@ struct Arm {
   int n;
   std::vector<stillreach::Link> links;
   stillreach::ArmView chain;  // as align_axes() made it
-  std::vector<int> leaders;  // empty where every joint moves alone, else as Coupling has it
+  std::vector<int> leaders;   // empty where every joint moves alone, else as Coupling has it
   std::vector<double> factors, offsets;
   mutable stillreach::Coupling coupling{};
   stillreach::ArmView view() const {

@@ -10,7 +10,8 @@ struct Solution {
   std::int32_t status;
   int iterations;
   double damping, scale, task_error, rank_tolerance;
-  std::unique_ptr<double[]> numbers;  // jacobian m n (by columns), lower n, upper n, twist m, residual m, multiplier m; reasons n bytes
+  std::unique_ptr<double[]>
+      numbers;  // jacobian m n (by columns), lower n, upper n, twist m, residual m, multiplier m; reasons n bytes
 
   std::size_t memory_bytes() const { return sizeof(double) * to_size(m * n + 2 * n + 3 * m) + to_size(n); }
   void make_room() { numbers.reset(new double[memory_bytes() / sizeof(double) + 1]); }

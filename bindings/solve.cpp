@@ -3,8 +3,8 @@
 
 #include "solution.hpp"
 
-static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::handle twist, nb::handle lower, nb::handle upper,
-                      nb::handle reference, nb::handle start, double typical) {
+static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::handle twist, nb::handle lower,
+                      nb::handle upper, nb::handle reference, nb::handle start, double typical) {
   const int m = metric.data->m, n = metric.data->n;
   Solution s;
   s.metric = metric.data;
@@ -29,13 +29,21 @@ static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::ha
   std::fill_n(reasons, n, std::int8_t{0});
   if (!start.is_none()) {
     const View codes = strict("start", start, {n}, false);
-    for (int i = 0; i < n; ++i) reasons[i] = static_cast<std::int8_t>(codes.data()[i] > 0.0 ? 1 : codes.data()[i] < 0.0 ? -1 : 0);
+    for (int i = 0; i < n; ++i)
+      reasons[i] = static_cast<std::int8_t>(codes.data()[i] > 0.0 ? 1 : codes.data()[i] < 0.0 ? -1 : 0);
   }
   static thread_local Scratch kept;
   Lease<Scratch> scratch(kept);
   scratch->fit(n, !metric.data->joints.empty());
-  const stillreach::Problem p{m, n, s.jacobian(), s.twist(), s.lower(), s.upper(), reference.is_none() ? nullptr : nearby.data(),
-                              metric.data->view(), typical};
+  const stillreach::Problem p{m,
+                              n,
+                              s.jacobian(),
+                              s.twist(),
+                              s.lower(),
+                              s.upper(),
+                              reference.is_none() ? nullptr : nearby.data(),
+                              metric.data->view(),
+                              typical};
   stillreach::Multiplier multiplier{};
   stillreach::Answer out{rates.data(), s.residual(), reasons, 0, 0, 0.0, 1.0, 0.0, &multiplier};
   kernel().solve(law.settings, p, scratch->memory(), out);
@@ -45,21 +53,25 @@ static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::ha
   s.scale = out.scale;
   s.task_error = out.task_error;
   s.set_multiplier(multiplier);
-  for (int i = 0; i < n; ++i)
-    reasons[i] = stillreach::bound_reason(reasons[i]);
+  for (int i = 0; i < n; ++i) reasons[i] = stillreach::bound_reason(reasons[i]);
   return s;
 }
 
 void bind_solve(nb::module_& m) {
-  m.def("solve", &solve, nb::arg("law"), nb::arg("metric"), nb::arg("J"), nb::arg("twist"), nb::arg("lower"), nb::arg("upper"),
-        nb::arg("reference").none() = nb::none(), nb::arg("start").none() = nb::none(), nb::arg("typical") = -1.0,
-        "One answer of a law: J (m, n), twist (m,), lower, upper (n,), reference (n,) or None, start: the active bounds of an "
+  m.def("solve", &solve, nb::arg("law"), nb::arg("metric"), nb::arg("J"), nb::arg("twist"), nb::arg("lower"),
+        nb::arg("upper"), nb::arg("reference").none() = nb::none(), nb::arg("start").none() = nb::none(),
+        nb::arg("typical") = -1.0,
+        "One answer of a law: J (m, n), twist (m,), lower, upper (n,), reference (n,) or None, start: the active "
+        "bounds of an "
         "earlier answer or None, typical: what the working joints' rates are worth; below 0: as the bounds say.");
-  m.def("typical_rate", [](const Metric& metric, nb::handle limits) {
-    const int n = metric.data->n;
-    std::vector<double> upper(to_size(n)), lower(to_size(n));
-    read_vector("velocity_limits", limits, n, upper.data(), false);
-    std::transform(upper.begin(), upper.end(), lower.begin(), [](double limit) { return -limit; });
-    return kernel().typical_rate(n, lower.data(), upper.data(), metric.data->view());
-  }, nb::arg("metric"), nb::arg("limits"), "The second largest of the rate limits (n,), in weighted units.");
+  m.def(
+      "typical_rate",
+      [](const Metric& metric, nb::handle limits) {
+        const int n = metric.data->n;
+        std::vector<double> upper(to_size(n)), lower(to_size(n));
+        read_vector("velocity_limits", limits, n, upper.data(), false);
+        std::transform(upper.begin(), upper.end(), lower.begin(), [](double limit) { return -limit; });
+        return kernel().typical_rate(n, lower.data(), upper.data(), metric.data->view());
+      },
+      nb::arg("metric"), nb::arg("limits"), "The second largest of the rate limits (n,), in weighted units.");
 }

@@ -1,12 +1,12 @@
 // What a program calls after it chose an instruction set at run time: a table of functions, one table a set.
 #pragma once
 
-#include "stillreach/kinematics/arm.hpp"
 #include "stillreach/batch/batch.hpp"
 #include "stillreach/batch/batch_kinematics.hpp"
 #include "stillreach/batch/batch_rollout.hpp"
-#include "stillreach/kinematics/coupled.hpp"
 #include "stillreach/control/rollout.hpp"
+#include "stillreach/kinematics/arm.hpp"
+#include "stillreach/kinematics/coupled.hpp"
 
 namespace stillreach {
 
@@ -27,16 +27,19 @@ struct Kernel {
   double (*typical_rate)(int n, const double* lower, const double* upper, const Metric& metric);
   bool (*read_pose)(const double* T, double* pose);
   void (*set_fault)(ControllerState& c, int joint, const Fault& fault);
-  void (*tick)(ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory, Answer& out);
-  void (*rollout)(ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages, bool advance,
-                  const Memory& memory, Answer& a, double* scratch, std::int8_t* scratch_active, const Record& to);
+  void (*tick)(ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory,
+               Answer& out);
+  void (*rollout)(ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages,
+                  bool advance, const Memory& memory, Answer& a, double* scratch, std::int8_t* scratch_active,
+                  const Record& to);
   // Rows first to last - 1 of a batch. memory: as long as these say, doubles on a 64-byte boundary.
   void (*batch)(const Batch& b, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory);
   std::size_t (*batch_doubles)(int n, bool full_joint_weight);
   std::size_t (*batch_ints)(int n);
   std::size_t (*batch_bytes)(int n);
   // Rows first to last - 1, at most kRolloutBlock, of a batch of rollouts. doubles: rollout_doubles more.
-  void (*rollout_rows)(const BatchRollout& r, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory, double* doubles);
+  void (*rollout_rows)(const BatchRollout& r, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory,
+                       double* doubles);
   std::size_t (*rollout_doubles)(int n);
   // Rows first to last - 1 of poses, Jacobians, singular values. doubles: as many as that says, on a 64-byte boundary.
   void (*kinematics_rows)(const KinematicsBatch& b, std::ptrdiff_t first, std::ptrdiff_t last, double* doubles);
@@ -64,15 +67,19 @@ inline Kernel make_kernel() {
     Workspace w = make_workspace(p.n, p.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
     solve_law(law, p, w, out);
   };
-  k.typical_rate = [](int n, const double* lower, const double* upper, const Metric& metric) { return typical_rate(n, lower, upper, metric); };
+  k.typical_rate = [](int n, const double* lower, const double* upper, const Metric& metric) {
+    return typical_rate(n, lower, upper, metric);
+  };
   k.read_pose = [](const double* T, double* pose) { return read_pose(T, pose); };
   k.set_fault = [](ControllerState& c, int joint, const Fault& fault) { set_fault(c, joint, fault); };
-  k.tick = [](ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory, Answer& out) {
+  k.tick = [](ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory,
+              Answer& out) {
     Workspace w = make_workspace(c.arm.n, c.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
     tick(c, q, twist, target, w, out);
   };
-  k.rollout = [](ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages, bool advance,
-                 const Memory& memory, Answer& a, double* scratch, std::int8_t* scratch_active, const Record& to) {
+  k.rollout = [](ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages,
+                 bool advance, const Memory& memory, Answer& a, double* scratch, std::int8_t* scratch_active,
+                 const Record& to) {
     Workspace w = make_workspace(c.arm.n, c.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
     rollout(c, q, twists, targets, steps, stages, advance, w, a, scratch, scratch_active, to);
   };
@@ -80,7 +87,8 @@ inline Kernel make_kernel() {
     BatchMemory w = make_batch_memory(b.arm.n, b.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
     solve_rows(b, first, last, w);
   };
-  k.rollout_rows = [](const BatchRollout& r, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory, double* doubles) {
+  k.rollout_rows = [](const BatchRollout& r, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory,
+                      double* doubles) {
     const Batch& b = r.batch;
     BatchMemory w = make_batch_memory(b.arm.n, b.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
     RolloutMemory own = make_rollout_memory(b.arm.n, doubles);

@@ -37,7 +37,8 @@ struct Chain {
     const double T[16] = {1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1};
     placements.insert(placements.end(), T, T + 16);
   }
-  void joint(double x, double y, double z, double ax, double ay, double az, stillreach::JointKind kind = stillreach::JointKind::REVOLUTE) {
+  void joint(double x, double y, double z, double ax, double ay, double az,
+             stillreach::JointKind kind = stillreach::JointKind::REVOLUTE) {
     shift(x, y, z);
     axes.insert(axes.end(), {ax, ay, az});
     kinds.push_back(kind);
@@ -87,7 +88,8 @@ inline Chain skew_chain(int n, std::uint64_t seed) {
       a[2] = -1.0;
     }
     const double size = __builtin_sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
-    const double at[3] = {random.between(-0.4, 0.4), random.between(-0.4, 0.4), random.between(0.1, 0.5)};  // in this order
+    const double at[3] = {random.between(-0.4, 0.4), random.between(-0.4, 0.4),
+                          random.between(0.1, 0.5)};  // in this order
     c.joint(at[0], at[1], at[2], a[0] / size, a[1] / size, a[2] / size,
             i % 4 == 3 ? stillreach::JointKind::PRISMATIC : stillreach::JointKind::REVOLUTE);
   }

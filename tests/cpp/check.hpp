@@ -17,7 +17,8 @@ inline void check(bool holds, const char* what, const char* file, int line) {
 inline void check_near(double value, double expected, double tolerance, const char* what, const char* file, int line) {
   if (std::fabs(value - expected) <= tolerance) return;
   if (++failures() <= 20)
-    std::fprintf(stderr, "%s:%d: %s is %.17g, expected %.17g within %g\n", file, line, what, value, expected, tolerance);
+    std::fprintf(stderr, "%s:%d: %s is %.17g, expected %.17g within %g\n", file, line, what, value, expected,
+                 tolerance);
 }
 
 #define CHECK(condition) check((condition), #condition, __FILE__, __LINE__)

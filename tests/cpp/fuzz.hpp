@@ -1,4 +1,5 @@
-// Hostile numbers for the kernels: extreme scales, signed zeros, subnormal numbers, NaN and infinity, bounds of any kind.
+// Hostile numbers for the kernels: extreme scales, signed zeros, subnormal numbers, NaN and infinity, bounds of any
+// kind.
 #pragma once
 
 #include <cmath>
@@ -24,8 +25,28 @@ inline double between(double low, double high) { return rng.between(low, high); 
 inline double decade(double low, double high) { return std::pow(10.0, between(low, high)); }
 
 inline double special(bool with_nan) {
-  static const double values[] = {0.0,    1.0,   5e-324, 2.2250738585072014e-308, 1e-310, 1e-200, 1e-160, 1e-154, 1e-60, 1e60, 1e100, 1e150,
-                                  1e154,  1e160, 1e200,  1e300, 1.7976931348623157e308, 1e-16, 1e16, 0.5, 1.0 + 0x1p-52, 3.0};
+  static const double values[] = {0.0,
+                                  1.0,
+                                  5e-324,
+                                  2.2250738585072014e-308,
+                                  1e-310,
+                                  1e-200,
+                                  1e-160,
+                                  1e-154,
+                                  1e-60,
+                                  1e60,
+                                  1e100,
+                                  1e150,
+                                  1e154,
+                                  1e160,
+                                  1e200,
+                                  1e300,
+                                  1.7976931348623157e308,
+                                  1e-16,
+                                  1e16,
+                                  0.5,
+                                  1.0 + 0x1p-52,
+                                  3.0};
   if (with_nan && below(30) == 0) return below(2) ? kNan : below(2) ? kInfinity : -kInfinity;
   const double value = values[below(sizeof values / sizeof *values)];
   return below(2) ? value : -value;
@@ -37,7 +58,9 @@ struct Style {
   double scale;
   bool with_nan;
 };
-inline Style any_style(bool with_nan) { return {below(6), below(3) ? 1.0 : decade(-310, 308), with_nan && below(6) == 0}; }
+inline Style any_style(bool with_nan) {
+  return {below(6), below(3) ? 1.0 : decade(-310, 308), with_nan && below(6) == 0};
+}
 inline double number(const Style& style) {
   switch (style.kind) {
     case 3: return special(style.with_nan);
@@ -102,7 +125,8 @@ struct Weights {
     if (below(2)) {
       rows.assign(m * m, 0.0);
       for (int r = 0; r < m; ++r)
-        for (int c = r; c < m; ++c) rows[r * m + c] = (r == c ? between(0.1, 2) : between(-1, 1)) * (below(8) ? 1.0 : decade(-75, 75));
+        for (int c = r; c < m; ++c)
+          rows[r * m + c] = (r == c ? between(0.1, 2) : between(-1, 1)) * (below(8) ? 1.0 : decade(-75, 75));
     }
     if (below(2)) return;
     const double scale = below(2) ? 1.0 : decade(-150, 150);
@@ -128,9 +152,19 @@ struct Weights {
 };
 
 inline stillreach::LawSettings any_law() {
-  stillreach::LawSettings law{static_cast<stillreach::LawKind>(below(4)), static_cast<stillreach::DampingKind>(below(3)),
-                              static_cast<stillreach::NormKind>(below(2)), below(3) ? between(0, 1) : below(2) ? decade(-310, 308) : 0.0,
-                              below(4) ? 1e-10 : decade(-320, -1e-9), below(stillreach::kParts + 1), {}, {}, -1, 0.0, 0.0};
+  stillreach::LawSettings law{static_cast<stillreach::LawKind>(below(4)),
+                              static_cast<stillreach::DampingKind>(below(3)),
+                              static_cast<stillreach::NormKind>(below(2)),
+                              below(3)   ? between(0, 1)
+                              : below(2) ? decade(-310, 308)
+                                         : 0.0,
+                              below(4) ? 1e-10 : decade(-320, -1e-9),
+                              below(stillreach::kParts + 1),
+                              {},
+                              {},
+                              -1,
+                              0.0,
+                              0.0};
   for (int g = 0; g < law.parts; ++g) law.price[g] = below(3) ? decade(0, 3) : decade(-308, 308);
   for (int r = 0; r < 6 && law.parts > 0; ++r) law.part[r] = static_cast<std::int8_t>(below(law.parts));
   if (law.parts > 1 && below(2)) {
@@ -167,8 +201,11 @@ struct AnyArm {
   static void rotation(bool turned, double* T) {
     const auto angle = [turned] { return !turned ? 0.0 : below(3) ? between(-3, 3) : below(4) * kPi / 2; };
     const double a = angle(), b = angle(), c = angle();
-    const double ca = std::cos(a), sa = std::sin(a), cb = std::cos(b), sb = std::sin(b), cc = std::cos(c), sc = std::sin(c);
-    const double R[3][3] = {{ca * cb, ca * sb * sc - sa * cc, ca * sb * cc + sa * sc}, {sa * cb, sa * sb * sc + ca * cc, sa * sb * cc - ca * sc}, {-sb, cb * sc, cb * cc}};
+    const double ca = std::cos(a), sa = std::sin(a), cb = std::cos(b), sb = std::sin(b), cc = std::cos(c),
+                 sc = std::sin(c);
+    const double R[3][3] = {{ca * cb, ca * sb * sc - sa * cc, ca * sb * cc + sa * sc},
+                            {sa * cb, sa * sb * sc + ca * cc, sa * sb * cc - ca * sc},
+                            {-sb, cb * sc, cb * cc}};
     for (int r = 0; r < 3; ++r)
       for (int s = 0; s < 3; ++s) T[4 * r + s] = R[r][s];
   }
@@ -180,7 +217,9 @@ struct SolveMemory {
   std::vector<int> ints;
   Codes bytes;
   SolveMemory(int n, bool full)
-      : doubles(kernel().workspace_doubles(n, full), kNan), ints(kernel().workspace_ints(n), 1 << 30), bytes(kernel().workspace_bytes(n), 99) {}
+      : doubles(kernel().workspace_doubles(n, full), kNan),
+        ints(kernel().workspace_ints(n), 1 << 30),
+        bytes(kernel().workspace_bytes(n), 99) {}
   stillreach::Memory view() { return {doubles.data(), ints.data(), bytes.data()}; }
 };
 
@@ -201,6 +240,7 @@ inline std::string shown(const char* name, const double* a, int count) {
 }
 inline std::string shown(const stillreach::LawSettings& law) {
   char text[160];
-  std::snprintf(text, sizeof text, "law %d damping %d norm %d kappa %g rank %g", static_cast<int>(law.kind), static_cast<int>(law.damping), static_cast<int>(law.norm), law.kappa, law.rank_tolerance);
+  std::snprintf(text, sizeof text, "law %d damping %d norm %d kappa %g rank %g", static_cast<int>(law.kind),
+                static_cast<int>(law.damping), static_cast<int>(law.norm), law.kappa, law.rank_tolerance);
   return text;
 }

@@ -1,5 +1,5 @@
-// Counts what is taken from the heap: malloc and its relatives, operator new, in this whole program. Include it in the one
-// file that has main.
+// Counts what is taken from the heap: malloc and its relatives, operator new, in this whole program. Include it in the
+// one file that has main.
 #pragma once
 
 #include <cerrno>

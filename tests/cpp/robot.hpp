@@ -21,7 +21,8 @@ struct Scratch {
   std::vector<int> ints;
   std::vector<std::int8_t> bytes;
   Scratch(int n, bool full_joint_weight)
-      : doubles(kernel().workspace_doubles(n, full_joint_weight), -7e77), ints(stillreach::workspace_ints(n), 123456789),
+      : doubles(kernel().workspace_doubles(n, full_joint_weight), -7e77),
+        ints(stillreach::workspace_ints(n), 123456789),
         bytes(stillreach::workspace_bytes(n), 77) {}
   stillreach::Memory memory() { return {doubles.data(), ints.data(), bytes.data()}; }
 };
@@ -38,8 +39,10 @@ struct Options {
   bool joint_matrix = false;  // a full joint weight: tridiagonal, positive definite
 };
 
-inline stillreach::LawSettings law_settings(stillreach::LawKind kind, stillreach::DampingKind damping = stillreach::DampingKind::NUMBER,
-                                            stillreach::NormKind norm = stillreach::NormKind::MAXIMUM, double kappa = 0.0, double price = 0.0) {
+inline stillreach::LawSettings law_settings(stillreach::LawKind kind,
+                                            stillreach::DampingKind damping = stillreach::DampingKind::NUMBER,
+                                            stillreach::NormKind norm = stillreach::NormKind::MAXIMUM,
+                                            double kappa = 0.0, double price = 0.0) {
   return {kind, damping, norm, kappa, 1e-10, price > 0.0, {}, {price}, -1, 0.0, 0.0};
 }
 
@@ -54,7 +57,8 @@ inline std::vector<NamedLaw> every_law() {
   return {{"pseudoinverse", law_settings(LawKind::PSEUDOINVERSE), false},
           {"number", law_settings(LawKind::SINGULARITY_ROBUST, DampingKind::NUMBER, NormKind::MAXIMUM, 1e-3), true},
           {"closed form", law_settings(LawKind::SINGULARITY_ROBUST, DampingKind::CLOSED_FORM, NormKind::MAXIMUM), true},
-          {"closed form, 2-norm", law_settings(LawKind::SINGULARITY_ROBUST, DampingKind::CLOSED_FORM, NormKind::EUCLIDEAN), true},
+          {"closed form, 2-norm",
+           law_settings(LawKind::SINGULARITY_ROBUST, DampingKind::CLOSED_FORM, NormKind::EUCLIDEAN), true},
           {"exact", law_settings(LawKind::SINGULARITY_ROBUST, DampingKind::EXACT, NormKind::MAXIMUM), true},
           {"exact, 2-norm", law_settings(LawKind::SINGULARITY_ROBUST, DampingKind::EXACT, NormKind::EUCLIDEAN), true},
           {"least error", law_settings(LawKind::LEAST_ERROR, DampingKind::NUMBER, NormKind::MAXIMUM, 0.0, 80.0), true},
@@ -86,10 +90,30 @@ struct Robot {
   stillreach::Answer answer{};
 
   Robot(const Chain& chain, const stillreach::LawSettings& law, const Options& o = {})
-      : n(chain.n()), m(static_cast<int>(o.rows.size())), links(n), rate_lower(n, -o.rate), rate_upper(n, o.rate),
-        position_lower(n, -o.position), position_upper(n, o.position), acceleration(n, o.acceleration), null_vector(n, 0.25),
-        last(n), anchor(n), faults(n), jacobian(6 * n), selected(m * n), lower(n), upper(n), reference(n),
-        kinematics_scratch(10 * n), warm(n), lower_reason(n), upper_reason(n), rates(n), residual(m), active(n),
+      : n(chain.n()),
+        m(static_cast<int>(o.rows.size())),
+        links(n),
+        rate_lower(n, -o.rate),
+        rate_upper(n, o.rate),
+        position_lower(n, -o.position),
+        position_upper(n, o.position),
+        acceleration(n, o.acceleration),
+        null_vector(n, 0.25),
+        last(n),
+        anchor(n),
+        faults(n),
+        jacobian(6 * n),
+        selected(m * n),
+        lower(n),
+        upper(n),
+        reference(n),
+        kinematics_scratch(10 * n),
+        warm(n),
+        lower_reason(n),
+        upper_reason(n),
+        rates(n),
+        residual(m),
+        active(n),
         scratch(n, o.joint_matrix) {
     state.arm = kernel().align_axes(n, chain.kinds.data(), chain.placements.data(), chain.axes.data(), links.data());
     if (o.joint_matrix) {

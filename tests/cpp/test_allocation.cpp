@@ -17,13 +17,28 @@ void planted_allocations_are_seen() {
     plant();
     return taken() > before;
   };
-  CHECK(seen([] { sink = std::malloc(24); std::free(sink); }));
-  CHECK(seen([] { sink = std::calloc(3, 8); std::free(sink); }));
-  CHECK(seen([] { sink = std::malloc(8); sink = std::realloc(sink, 4000); std::free(sink); }));
-  CHECK(seen([] { sink = std::aligned_alloc(32, 64); std::free(sink); }));
+  CHECK(seen([] {
+    sink = std::malloc(24);
+    std::free(sink);
+  }));
+  CHECK(seen([] {
+    sink = std::calloc(3, 8);
+    std::free(sink);
+  }));
+  CHECK(seen([] {
+    sink = std::malloc(8);
+    sink = std::realloc(sink, 4000);
+    std::free(sink);
+  }));
+  CHECK(seen([] {
+    sink = std::aligned_alloc(32, 64);
+    std::free(sink);
+  }));
   CHECK(seen([] { sink = new double, delete static_cast<double*>(sink); }));
   CHECK(seen([] { sink = new double[7], delete[] static_cast<double*>(sink); }));
-  struct alignas(64) Wide { double x[8]; };
+  struct alignas(64) Wide {
+    double x[8];
+  };
   CHECK(seen([] { sink = new Wide, delete static_cast<Wide*>(sink); }));
   CHECK(seen([] { sink = std::vector<double>(40).data(); }));
   CHECK(!seen([] { sink = nullptr; }));
@@ -119,8 +134,8 @@ void rollouts_take_nothing() {
     to.active = active.data();
     const long before = taken();
     for (int stages : {1, 2})
-      kernel().rollout(robot.state, q.data(), twists.data(), nullptr, steps, stages, true, robot.scratch.memory(), robot.answer,
-                       scratch.data(), scratch_active.data(), to);
+      kernel().rollout(robot.state, q.data(), twists.data(), nullptr, steps, stages, true, robot.scratch.memory(),
+                       robot.answer, scratch.data(), scratch_active.data(), to);
     CHECK(taken() == before);
   }
 }

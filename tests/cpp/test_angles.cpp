@@ -1,4 +1,5 @@
-// Sines, cosines and arctangents of our own against the C library's long double: any size, hard cases, numbers that are none.
+// Sines, cosines and arctangents of our own against the C library's long double: any size, hard cases, numbers that are
+// none.
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -27,7 +28,8 @@ double any_size(Random& random, int low, int high) {
 struct OneJoint {
   Chain chain = planar_chain(1);
   std::vector<stillreach::Link> links = std::vector<stillreach::Link>(1);
-  stillreach::ArmView arm = kernel().align_axes(1, chain.kinds.data(), chain.placements.data(), chain.axes.data(), links.data());
+  stillreach::ArmView arm =
+      kernel().align_axes(1, chain.kinds.data(), chain.placements.data(), chain.axes.data(), links.data());
   double cosine = 0.0, sine = 0.0;
   void turn(double angle) {
     double scratch[10], pose[12];
@@ -57,7 +59,8 @@ void sines_of_any_size() {
 
 void hard_angles() {
   OneJoint joint;
-  joint.turn(0x1.6ac5b262ca1ffp+849);  // of all doubles the nearest to a multiple of pi/2 (Muller, Elementary Functions)
+  joint.turn(
+      0x1.6ac5b262ca1ffp+849);  // of all doubles the nearest to a multiple of pi/2 (Muller, Elementary Functions)
   CHECK(joint.sine == 1.0);
   CHECK(places_off(joint.cosine, -4.68716592425462761112e-19L) < 1.0);
   const double largest = std::numeric_limits<double>::max(), first = std::nextafter(8.0e5, 9.0e5);
@@ -96,10 +99,12 @@ void arctangents() {
   Random random(6);
   double worst = 0.0;
   for (int t = 0; t < 400000; ++t) {
-    const double scale = any_size(random, -500, 500), y = std::fabs(scale), x = std::fabs(scale * any_size(random, -60, 60));
+    const double scale = any_size(random, -500, 500), y = std::fabs(scale),
+                 x = std::fabs(scale * any_size(random, -60, 60));
     const double half = random.between(0.0, kPi / 2);
     worst = std::fmax(worst, places_off(first_quadrant_angle(y, x), atan2l(y, x)));
-    worst = std::fmax(worst, places_off(first_quadrant_angle(std::sin(half), std::cos(half)), atan2l(std::sin(half), std::cos(half))));
+    worst = std::fmax(worst, places_off(first_quadrant_angle(std::sin(half), std::cos(half)),
+                                        atan2l(std::sin(half), std::cos(half))));
   }
   CHECK(worst < 1.7);
   CHECK(first_quadrant_angle(0.0, 3.0) == 0.0);

@@ -1,5 +1,5 @@
-// Batches with every buffer exactly as long as the headers ask for, under the sanitizers; each row has the bits that the
-// single tick's functions give for it.
+// Batches with every buffer exactly as long as the headers ask for, under the sanitizers; each row has the bits that
+// the single tick's functions give for it.
 #include <cstdlib>
 
 #include "check.hpp"
@@ -28,13 +28,16 @@ struct BatchScratch {
   std::vector<int> ints;
   std::vector<std::int8_t> bytes;
   BatchScratch(int n, bool full)
-      : doubles(kernel().batch_doubles(n, full)), ints(kernel().batch_ints(n), 123456789), bytes(kernel().batch_bytes(n), 77) {}
+      : doubles(kernel().batch_doubles(n, full)),
+        ints(kernel().batch_ints(n), 123456789),
+        bytes(kernel().batch_bytes(n), 77) {}
   stillreach::Memory memory() { return {doubles.data, ints.data(), bytes.data()}; }
 };
 
 struct Setting {
   std::vector<int> rows = {0, 1, 2, 3, 4, 5};
-  bool tool_axes = false, joint_matrix = false, units = false, reference = false, per_row = true, limits = false, jacobians = false;
+  bool tool_axes = false, joint_matrix = false, units = false, reference = false, per_row = true, limits = false,
+       jacobians = false;
 };
 
 // Rows with places, twists and faults of every kind, and arrays for all answers.
@@ -92,8 +95,8 @@ struct Rows {
     if (s.jacobians) {
       jacobians = random.vector(count * m * n, 1.0);
       b.jacobians = jacobians.data();
-    }
-    else b.q = q.data();
+    } else
+      b.q = q.data();
     b.twist = twist.data();
     b.twist_stride = s.jacobians ? m : 6;
     b.lower = lower.data();
@@ -154,15 +157,22 @@ struct Rows {
       for (int i = 0; i < n; ++i)
         for (int r = 0; r < m; ++r) J[m * i + r] = jacobian[(row * m + r) * n + i];
       for (int r = 0; r < m; ++r) asked[r] = twist[row * b.twist_stride + (b.jacobians ? r : b.rows[r])];
-      const stillreach::Problem p{m, n, J.data(), asked.data(), b.lower + row * b.bounds_stride, b.upper + row * b.bounds_stride,
-                                  b.reference ? b.reference + row * n : nullptr, b.metric};
+      const stillreach::Problem p{m,
+                                  n,
+                                  J.data(),
+                                  asked.data(),
+                                  b.lower + row * b.bounds_stride,
+                                  b.upper + row * b.bounds_stride,
+                                  b.reference ? b.reference + row * n : nullptr,
+                                  b.metric};
       stillreach::Answer a{own.data(), left.data(), bound.data(), 0, 0, 0.0, 1.0, 0.0};
       kernel().solve(b.law, p, scratch.memory(), a);
       CHECK(std::memcmp(own.data(), &rates[row * n], sizeof(double) * n) == 0);
       CHECK(std::memcmp(left.data(), &residual[row * m], sizeof(double) * m) == 0);
       for (int i = 0; i < n; ++i) CHECK(active[row * n + i] == stillreach::bound_reason(bound[i]));
       CHECK(a.status == status[row]);
-      CHECK(a.damping == damping[row] && a.scale == scale[row] && a.task_error == task_error[row] && a.iterations == iterations[row]);
+      CHECK(a.damping == damping[row] && a.scale == scale[row] && a.task_error == task_error[row] &&
+            a.iterations == iterations[row]);
     }
   }
 
@@ -309,7 +319,8 @@ int main() {
   nothing_but_rates_and_status_is_enough();
   for (int count : {1, 3, 4, 5, 9})
     for (bool joint_matrix : {false, true})
-      for (const Chain& chain : {paper_chain(), planar_chain(1), snake_chain(2), snake_chain(6), skew_chain(9, 3), snake_chain(120)})
+      for (const Chain& chain :
+           {paper_chain(), planar_chain(1), snake_chain(2), snake_chain(6), skew_chain(9, 3), snake_chain(120)})
         kinematics(chain, count, joint_matrix);
   return finish("batch");
 }

@@ -1,5 +1,5 @@
-// Random problems of any kind, hostile ones among them, for a number of seconds (the first argument): memory is exactly as
-// long as the kernels ask for, rates stay finite and inside their bounds, and a batch answers as its rows do alone.
+// Random problems of any kind, hostile ones among them, for a number of seconds (the first argument): memory is exactly
+// as long as the kernels ask for, rates stay finite and inside their bounds, and a batch answers as its rows do alone.
 #include <cstdlib>
 #include <ctime>
 
@@ -35,11 +35,16 @@ static void solve_case() {
   start.known = below(2);
   SolveMemory memory(n, !weights.joints.empty());
   Answer a{rates.data(), residual.data(), active.data(), 0, 0, 0, 1, 0, below(2) ? &start : nullptr};
-  kernel().solve(law, {m, n, J.data(), twist.data(), lower.data(), upper.data(), has_reference ? reference.data() : nullptr, weights.view()}, memory.view(), a);
-  if (!finite(J) || !finite(twist) || (has_reference && !finite(reference)) || !leave_room(lower.data(), upper.data(), n)) return;
+  kernel().solve(law,
+                 {m, n, J.data(), twist.data(), lower.data(), upper.data(), has_reference ? reference.data() : nullptr,
+                  weights.view()},
+                 memory.view(), a);
+  if (!finite(J) || !finite(twist) || (has_reference && !finite(reference)) ||
+      !leave_room(lower.data(), upper.data(), n))
+    return;
   const auto d = [&] {
-    return "solve: " + shown(law) + shown("rates", rates.data(), n) + shown("lower", lower.data(), n) + shown("upper", upper.data(), n) + shown("J", J.data(), m * n) +
-           shown("twist", twist.data(), m);
+    return "solve: " + shown(law) + shown("rates", rates.data(), n) + shown("lower", lower.data(), n) +
+           shown("upper", upper.data(), n) + shown("J", J.data(), m * n) + shown("twist", twist.data(), m);
   };
   expect(finite(rates), "rates are finite", d);
   for (int i = 0; i < n; ++i) {
@@ -47,7 +52,8 @@ static void solve_case() {
     const double low = law.kind == LawKind::PSEUDOINVERSE ? lower[i] - 1e-9 * std::fabs(lower[i]) : lower[i];
     const double high = law.kind == LawKind::PSEUDOINVERSE ? upper[i] + 1e-9 * std::fabs(upper[i]) : upper[i];
     expect((a.status & OVER_LIMIT) || (rates[i] >= low && rates[i] <= high), "rates are inside the bounds", d);
-    expect(law.kind == LawKind::PSEUDOINVERSE || !(a.status & OVER_LIMIT), "only the pseudoinverse goes over limits", d);
+    expect(law.kind == LawKind::PSEUDOINVERSE || !(a.status & OVER_LIMIT), "only the pseudoinverse goes over limits",
+           d);
     expect(active[i] >= -1 && active[i] <= 2, "codes of active bounds", d);
   }
   check_scalars(a, d);
@@ -64,8 +70,28 @@ struct AnyController {
   Numbers J, rows, lower, upper, reference, scratch;
   Codes warm, lower_reason, upper_reason;
   AnyController(int joints, int task_rows)
-      : n(joints), m(task_rows), arm(n), weights(m, n), rate_lower(n), rate_upper(n), position_lower(n), position_upper(n), acceleration(n), null_vector(numbers(n, false)),
-        last(n), anchor(n), faults(n), J(6 * n), rows(m * n), lower(n), upper(n), reference(n), scratch(10 * n), warm(n), lower_reason(n), upper_reason(n) {
+      : n(joints),
+        m(task_rows),
+        arm(n),
+        weights(m, n),
+        rate_lower(n),
+        rate_upper(n),
+        position_lower(n),
+        position_upper(n),
+        acceleration(n),
+        null_vector(numbers(n, false)),
+        last(n),
+        anchor(n),
+        faults(n),
+        J(6 * n),
+        rows(m * n),
+        lower(n),
+        upper(n),
+        reference(n),
+        scratch(10 * n),
+        warm(n),
+        lower_reason(n),
+        upper_reason(n) {
     s.arm = arm.view;
     s.law = any_law();
     s.metric = weights.view();
@@ -103,7 +129,8 @@ struct AnyController {
     s.scratch = scratch.data();
   }
   void any_limits() {
-    const double speed = decade(below(3) ? 0 : -320, below(3) ? 0 : 308), room = decade(below(3) ? 0 : -320, below(3) ? 0 : 308);
+    const double speed = decade(below(3) ? 0 : -320, below(3) ? 0 : 308),
+                 room = decade(below(3) ? 0 : -320, below(3) ? 0 : 308);
     const double quickness = decade(below(3) ? 0 : -320, below(3) ? 0 : 308);
     const int rates = below(4), positions = below(4), accelerations = below(3);
     s.constant_bounds = 1;
@@ -116,16 +143,19 @@ struct AnyController {
       if (positions == 2) position_lower[i] = position_upper[i];
       acceleration[i] = accelerations ? between(0, 1) * quickness : kInfinity;
       if (below(12) == 0) acceleration[i] = 0.0;
-      s.constant_bounds &= std::isinf(position_lower[i]) && std::isinf(position_upper[i]) && std::isinf(acceleration[i]);
+      s.constant_bounds &=
+          std::isinf(position_lower[i]) && std::isinf(position_upper[i]) && std::isinf(acceleration[i]);
     }
   }
   std::string shown_with(const Numbers& q, const Numbers& before, const Numbers& rates) const {
-    return "tick: " + shown(s.law) + shown("period", &s.period, 1) + shown("rates", rates.data(), n) + shown("lower", lower.data(), n) + shown("upper", upper.data(), n) +
-           shown("q", q.data(), n) + shown("before", before.data(), n) + shown("acceleration", acceleration.data(), n);
+    return "tick: " + shown(s.law) + shown("period", &s.period, 1) + shown("rates", rates.data(), n) +
+           shown("lower", lower.data(), n) + shown("upper", upper.data(), n) + shown("q", q.data(), n) +
+           shown("before", before.data(), n) + shown("acceleration", acceleration.data(), n);
   }
 };
 
-static void check_tick(const AnyController& c, const Numbers& q, const Numbers& before, const Answer& a, const Numbers& rates, bool right_input) {
+static void check_tick(const AnyController& c, const Numbers& q, const Numbers& before, const Answer& a,
+                       const Numbers& rates, bool right_input) {
   const auto d = [&] { return c.shown_with(q, before, rates); };
   expect(finite(rates), "rates are finite", d);
   expect(right_input || (a.status & INVALID_INPUT), "input that is not finite is told", d);
@@ -134,24 +164,31 @@ static void check_tick(const AnyController& c, const Numbers& q, const Numbers& 
     const Fault& fault = c.faults[i];
     if (fault.health == Health::LOCKED) expect(rate == 0.0, "a locked joint stands still", d);
     if (fault.health == Health::RUNAWAY) expect(rate == fault.number[0], "a runaway joint has its rate", d);
-    if (fault.health == Health::LOCKED || fault.health == Health::RUNAWAY || c.s.law.kind == LawKind::PSEUDOINVERSE) continue;
+    if (fault.health == Health::LOCKED || fault.health == Health::RUNAWAY || c.s.law.kind == LawKind::PSEUDOINVERSE)
+      continue;
     const double left = fault.health == Health::DERATED ? fault.number[0] : 1.0;
-    if (fault.health == Health::ONE_WAY) expect(rate * fault.number[0] >= 0.0, "a one-way joint keeps its direction", d);
+    if (fault.health == Health::ONE_WAY)
+      expect(rate * fault.number[0] >= 0.0, "a one-way joint keeps its direction", d);
     if (fault.health == Health::CONFINED && std::isfinite(q[i])) {
       const double slack = 1e-9 * (std::fabs(q[i]) + std::fabs(period * rate)) + 1e-300, next = q[i] + period * rate;
       expect(!(q[i] >= fault.number[1]) || rate <= 0.0, "a confined joint moves no further out", d);
       expect(!(q[i] <= fault.number[0]) || rate >= 0.0, "a confined joint moves no further out", d);
-      expect(!(q[i] < fault.number[1] && std::isfinite(next)) || next <= fault.number[1] + slack, "a confined joint stays inside", d);
-      expect(!(q[i] > fault.number[0] && std::isfinite(next)) || next >= fault.number[0] - slack, "a confined joint stays inside", d);
+      expect(!(q[i] < fault.number[1] && std::isfinite(next)) || next <= fault.number[1] + slack,
+             "a confined joint stays inside", d);
+      expect(!(q[i] > fault.number[0] && std::isfinite(next)) || next >= fault.number[0] - slack,
+             "a confined joint stays inside", d);
     }
-    expect(left == 0.0 ? rate == 0.0 : rate >= c.rate_lower[i] * left && rate <= c.rate_upper[i] * left, "the rate limit is kept", d);
+    expect(left == 0.0 ? rate == 0.0 : rate >= c.rate_lower[i] * left && rate <= c.rate_upper[i] * left,
+           "the rate limit is kept", d);
     expect(rate >= c.lower[i] && rate <= c.upper[i], "rates are inside the bounds", d);
     const double step = c.acceleration[i] * period;
     if (left != 0.0 && std::isfinite(step) && !(a.status & LIMIT_GIVEN_UP))
-      expect(std::fabs(rate - before[i]) <= step * (1 + 2e-9) + 4e-16 * std::fabs(before[i]) + 1e-323, "the acceleration limit is kept, or given up", d);
+      expect(std::fabs(rate - before[i]) <= step * (1 + 2e-9) + 4e-16 * std::fabs(before[i]) + 1e-323,
+             "the acceleration limit is kept, or given up", d);
     if (!(q[i] >= c.position_lower[i] && q[i] <= c.position_upper[i])) continue;
     const double next = q[i] + period * rate, slack = 1e-9 * (std::fabs(q[i]) + std::fabs(period * rate)) + 1e-300;
-    expect(!std::isfinite(next) || (next <= c.position_upper[i] + slack && next >= c.position_lower[i] - slack), "the position limit is kept", d);
+    expect(!std::isfinite(next) || (next <= c.position_upper[i] + slack && next >= c.position_lower[i] - slack),
+           "the position limit is kept", d);
   }
   check_scalars(a, d);
 }
@@ -171,8 +208,7 @@ static Fault any_fault() {
   const auto health = static_cast<Health>(below(6));
   switch (health) {
     case Health::HEALTHY:
-    case Health::LOCKED:
-      return {health, {}};
+    case Health::LOCKED: return {health, {}};
     case Health::DERATED: return {health, {between(0, 1) * below(4) / 3, 0.0}};
     case Health::RUNAWAY: return {health, {number(any_style(false)), 0.0}};
     case Health::CONFINED: {
@@ -219,7 +255,12 @@ struct AnyBatch {
   Weights weights;
   Batch b{};
   Numbers q, J, twist, lower, upper, reference, last, position_lower, position_upper, acceleration;
-  AnyBatch() : n(1 + below(below(10) ? 12 : 50)), count(1 + below(20)), m(below(3) ? (below(2) ? 6 : 3) : 1 + below(6)), arm(n), weights(m, n) {
+  AnyBatch()
+      : n(1 + below(below(10) ? 12 : 50)),
+        count(1 + below(20)),
+        m(below(3) ? (below(2) ? 6 : 3) : 1 + below(6)),
+        arm(n),
+        weights(m, n) {
     b.m = m;
     b.law = any_law();
     b.metric = weights.view();
@@ -262,7 +303,9 @@ struct AnyBatch {
   }
   void check_row(int k, const double* rates, std::int32_t status) const {
     const double *low = &lower[k * b.bounds_stride], *high = &upper[k * b.bounds_stride];
-    const auto d = [&] { return "batch: " + shown(b.law) + shown("rates", rates, n) + shown("lower", low, n) + shown("upper", high, n); };
+    const auto d = [&] {
+      return "batch: " + shown(b.law) + shown("rates", rates, n) + shown("lower", low, n) + shown("upper", high, n);
+    };
     expect(finite(rates, n), "rates are finite", d);
     if ((status & INVALID_INPUT) || b.law.kind == LawKind::PSEUDOINVERSE) return;
     for (int i = 0; i < n; ++i) expect(rates[i] >= low[i] && rates[i] <= high[i], "rates are inside the bounds", d);
@@ -287,7 +330,8 @@ static void batch_case() {
   AnyBatch any;
   const int n = any.n, count = any.count;
   Batch b = any.b;
-  Numbers rates(count * n, kNan), alone(count * n, kNan), residual(count * any.m), error(count), pose(16 * count), jacobian(count * any.m * n);
+  Numbers rates(count * n, kNan), alone(count * n, kNan), residual(count * any.m), error(count), pose(16 * count),
+      jacobian(count * any.m * n);
   std::vector<std::int32_t> status(count, -5), status_alone(count, -5), iterations(count);
   Codes active(count * n);
   b.rates = rates.data();
@@ -311,7 +355,8 @@ static void batch_case() {
     any.check_row(k, &rates[k * n], status[k]);
     bool same = status[k] == status_alone[k];
     for (int i = 0; i < n; ++i) same &= rates[k * n + i] == alone[k * n + i];
-    expect(same, "a row of a batch is answered as alone", [&] { return shown(b.law) + shown("rates", &rates[k * n], n) + shown("alone", &alone[k * n], n); });
+    expect(same, "a row of a batch is answered as alone",
+           [&] { return shown(b.law) + shown("rates", &rates[k * n], n) + shown("alone", &alone[k * n], n); });
     if (b.task_error) expect(!std::isnan(error[k]), "the task error is a number", [&] { return shown(b.law); });
   }
 }
@@ -326,7 +371,8 @@ static void rollout_case() {
   r.twist = any.twist.data();
   r.twist_row = any.own_twists ? 6 : 0;
   r.last = any.last.empty() ? nullptr : any.last.data();
-  r.steps = steps, r.every = 1, r.period = any.b.acceleration ? any.b.period : 0.01, r.runge_kutta = below(2), r.stop = [](void*) { return false; };
+  r.steps = steps, r.every = 1, r.period = any.b.acceleration ? any.b.period : 0.01, r.runge_kutta = below(2),
+  r.stop = [](void*) { return false; };
   Numbers rates(count * steps * n, kNan), doubles(kernel().rollout_doubles(n), kNan);
   std::vector<std::int32_t> status(count * steps, -5);
   r.rates = rates.data();

@@ -44,7 +44,8 @@ void slide_on_a_turn_by_hand() {  // turn about y, then slide along the turned x
   CHECK_NEAR(k.pose[9], reach * std::cos(a), 1e-15);
   CHECK_NEAR(k.pose[10], 0.0, 1e-15);
   CHECK_NEAR(k.pose[11], 0.5 - reach * std::sin(a), 1e-15);
-  const double jacobian[12] = {-reach * std::sin(a), 0, -reach * std::cos(a), 0, 1, 0, std::cos(a), 0, -std::sin(a), 0, 0, 0};
+  const double jacobian[12] = {-reach * std::sin(a), 0, -reach * std::cos(a), 0, 1, 0,
+                               std::cos(a),          0, -std::sin(a),         0, 0, 0};
   for (int i = 0; i < 12; ++i) CHECK_NEAR(k.jacobian[i], jacobian[i], 1e-15);
 }
 
@@ -117,12 +118,27 @@ Pose operator*(const Pose& a, const Pose& b) {
 }
 Pose turned(double x, double y, double z, double angle) {
   const double c = std::cos(angle), s = std::sin(angle), v = 1 - c;
-  return {x * x * v + c, x * y * v - z * s, x * z * v + y * s, 0, y * x * v + z * s, y * y * v + c, y * z * v - x * s, 0,
-          z * x * v - y * s, z * y * v + x * s, z * z * v + c, 0, 0, 0, 0, 1};
+  return {x * x * v + c,
+          x * y * v - z * s,
+          x * z * v + y * s,
+          0,
+          y * x * v + z * s,
+          y * y * v + c,
+          y * z * v - x * s,
+          0,
+          z * x * v - y * s,
+          z * y * v + x * s,
+          z * z * v + c,
+          0,
+          0,
+          0,
+          0,
+          1};
 }
 Pose shifted(double x, double y, double z) { return {1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1}; }
 
-// Axes of neighbours at angles that a way from one to the next could stumble over: none, all but none, a right one, a half turn.
+// Axes of neighbours at angles that a way from one to the next could stumble over: none, all but none, a right one, a
+// half turn.
 Pose any_way(Random& random) {
   const double tilts[] = {0.0, 1e-17, 3e-16, 1e-15, 1e-9, 1e-3, 1.0, kPi / 2, kPi - 1e-9, kPi - 1e-15, kPi};
   const double turns[] = {0.0, 1e-16, 0.3, kPi / 2, kPi, -kPi / 2, 4.0};
@@ -167,7 +183,8 @@ void poses_and_jacobians_are_products() {
       for (int r = 0; r < 3; ++r) {
         const int s = (r + 1) % 3, t = (r + 2) % 3;
         const bool turns = chain.kinds[i] == stillreach::JointKind::REVOLUTE;
-        const double across = axis[i][s] * (expected[4 * t + 3] - at[i][t]) - axis[i][t] * (expected[4 * s + 3] - at[i][s]);
+        const double across =
+            axis[i][s] * (expected[4 * t + 3] - at[i][t]) - axis[i][t] * (expected[4 * s + 3] - at[i][s]);
         CHECK_NEAR(k.jacobian[6 * i + r], turns ? across : axis[i][r], 10 * tolerance);
         CHECK_NEAR(k.jacobian[6 * i + 3 + r], turns ? axis[i][r] : 0.0, tolerance);
       }

@@ -21,7 +21,8 @@ struct Reply {
 void ask(const stillreach::LawSettings& law, const Question& q, Reply& r) {
   const auto at = [](const std::vector<double>& v) { return v.empty() ? nullptr : v.data(); };
   const stillreach::Metric metric{at(q.rows), at(q.units), at(q.units), at(q.weight)};
-  const stillreach::Problem p{q.m, q.n, q.jacobian.data(), q.twist.data(), q.lower.data(), q.upper.data(), at(q.reference), metric};
+  const stillreach::Problem p{
+      q.m, q.n, q.jacobian.data(), q.twist.data(), q.lower.data(), q.upper.data(), at(q.reference), metric};
   r.answer.rates = r.rates.data();
   r.answer.residual = r.residual.data();
   r.answer.active = r.active.data();
@@ -123,7 +124,9 @@ void promises_hold_everywhere() {
 void promises_hold_with_semidefinite_weights() {
   Random random(7);
   for (const NamedLaw& law : every_law()) {
-    if (law.settings.kind != stillreach::LawKind::PSEUDOINVERSE && law.settings.kind != stillreach::LawKind::SINGULARITY_ROBUST) continue;
+    if (law.settings.kind != stillreach::LawKind::PSEUDOINVERSE &&
+        law.settings.kind != stillreach::LawKind::SINGULARITY_ROBUST)
+      continue;
     for (int m = 1; m <= 6; ++m)
       for (int n : {1, 2, 3, 6, 7, 11})
         for (int hardness = 0; hardness < 10; ++hardness)
@@ -216,7 +219,9 @@ void one_row_by_hand() {
     CHECK(fixed.rates[1] == 0.5);
   }
   Reply damped(q);
-  ask(law_settings(stillreach::LawKind::SINGULARITY_ROBUST, stillreach::DampingKind::NUMBER, stillreach::NormKind::MAXIMUM, 25.0), q, damped);
+  ask(law_settings(stillreach::LawKind::SINGULARITY_ROBUST, stillreach::DampingKind::NUMBER,
+                   stillreach::NormKind::MAXIMUM, 25.0),
+      q, damped);
   CHECK_NEAR(damped.rates[0], 0.3, 1e-15);  // J' twist / (J J' + 25)
   CHECK_NEAR(damped.rates[1], 0.4, 1e-15);
 }
@@ -265,7 +270,8 @@ void exact_damping_is_the_smallest() {
     CHECK(size(kappa) > limit);
 }
 
-// LeastError never leaves more task error than any other law that keeps the bounds, nor than any point of the box tried.
+// LeastError never leaves more task error than any other law that keeps the bounds, nor than any point of the box
+// tried.
 void least_error_is_least() {
   Random random(5);
   for (int trial = 0; trial < 300; ++trial) {

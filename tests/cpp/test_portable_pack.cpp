@@ -27,14 +27,15 @@ bool same(const std::vector<T>& a, const std::vector<T>& b) {
 }
 
 bool same_answer(const stillreach::Answer& a, const stillreach::Answer& b) {
-  return a.status == b.status && a.iterations == b.iterations && same(&a.damping, &b.damping, 1) && same(&a.scale, &b.scale, 1) &&
-         same(&a.task_error, &b.task_error, 1);
+  return a.status == b.status && a.iterations == b.iterations && same(&a.damping, &b.damping, 1) &&
+         same(&a.scale, &b.scale, 1) && same(&a.task_error, &b.task_error, 1);
 }
 
 bool same_tick(const Robot& a, const Robot& b) {
-  return same_answer(a.answer, b.answer) && same(a.rates, b.rates) && same(a.residual, b.residual) && same(a.active, b.active) &&
-         same(a.state.pose, b.state.pose, 12) && same(a.jacobian.data(), b.jacobian.data(), 6 * a.n) && same(a.lower, b.lower) &&
-         same(a.upper, b.upper) && same(a.reference, b.reference);
+  return same_answer(a.answer, b.answer) && same(a.rates, b.rates) && same(a.residual, b.residual) &&
+         same(a.active, b.active) && same(a.state.pose, b.state.pose, 12) &&
+         same(a.jacobian.data(), b.jacobian.data(), 6 * a.n) && same(a.lower, b.lower) && same(a.upper, b.upper) &&
+         same(a.reference, b.reference);
 }
 
 // A walk with faults on the way, closed loop on a target in its second half; every 40th tick from another pose.
@@ -95,7 +96,8 @@ void test_laws_on_jacobians_of_any_rank() {
   Random random(11);
   for (int round = 0; round < 600; ++round) {
     const int m = 1 + random.below(6), n = 1 + random.below(12), rank = random.below(m + 1);
-    std::vector<double> jacobian = random.vector(m * n, 1.0), twist = random.vector(m, 2.0), lower(n, -0.7), upper(n, 0.7);
+    std::vector<double> jacobian = random.vector(m * n, 1.0), twist = random.vector(m, 2.0), lower(n, -0.7),
+                        upper(n, 0.7);
     for (int i = 0; i < n; ++i)
       for (int r = rank; r < m; ++r) jacobian[i * m + r] = rank ? jacobian[i * m + r % rank] * (r + 0.5) : 0.0;
     upper[random.below(n)] = -0.7;
@@ -112,7 +114,8 @@ void test_laws_on_jacobians_of_any_rank() {
         Scratch scratch(n, false);
         (k ? plain() : kernel()).solve(law.settings, p, scratch.memory(), answer[k]);
       }
-      CHECK(same_answer(answer[0], answer[1]) && same(rates[0], rates[1]) && same(residual[0], residual[1]) && same(active[0], active[1]));
+      CHECK(same_answer(answer[0], answer[1]) && same(rates[0], rates[1]) && same(residual[0], residual[1]) &&
+            same(active[0], active[1]));
     }
   }
 }
@@ -127,7 +130,8 @@ void test_kinematics_at_any_angle() {
       std::vector<double> scratch(10 * n), pose[2], jacobian[2];
       for (int k = 0; k < 2; ++k) {
         pose[k].resize(12), jacobian[k].resize(6 * n);
-        (k ? plain() : kernel()).kinematics(robot.state.arm, q.data(), scratch.data(), pose[k].data(), jacobian[k].data());
+        (k ? plain() : kernel())
+            .kinematics(robot.state.arm, q.data(), scratch.data(), pose[k].data(), jacobian[k].data());
       }
       CHECK(same(pose[0], pose[1]) && same(jacobian[0].data(), jacobian[1].data(), 6 * n));
     }
@@ -141,7 +145,8 @@ struct Rates {
 
 Rates solve_batch(const stillreach::Kernel& k, stillreach::Batch b, int count) {
   const int n = b.arm.n;
-  Rates to{std::vector<double>(count * n), std::vector<double>(count * b.m), std::vector<double>(count), std::vector<std::int32_t>(count)};
+  Rates to{std::vector<double>(count * n), std::vector<double>(count * b.m), std::vector<double>(count),
+           std::vector<std::int32_t>(count)};
   b.rates = to.rates.data();
   b.residual = to.residual.data();
   b.damping = to.damping.data();
@@ -159,7 +164,8 @@ void test_batches_of_every_law() {
   const int count = 203;
   Random random(17);
   Robot robot(paper_chain(), every_law()[0].settings);
-  std::vector<double> q = random.vector(count * robot.n, 2.0), twist = random.vector(count * 6, 0.6), lower(robot.n, -0.5), upper(robot.n, 0.6);
+  std::vector<double> q = random.vector(count * robot.n, 2.0), twist = random.vector(count * 6, 0.6),
+                      lower(robot.n, -0.5), upper(robot.n, 0.6);
   for (int i = 0; i < count * robot.n; ++i)
     if (i / robot.n % 9 == 0) q[i] = i % 2 ? 0.0 : 1e-7;
   lower[2] = upper[2] = 0.0;
@@ -183,7 +189,9 @@ void test_batches_of_every_law() {
     }
 }
 
-void test_the_kernels_are_two() { CHECK(std::strstr(plain().instruction_set, "portable") && !std::strstr(kernel().instruction_set, "portable")); }
+void test_the_kernels_are_two() {
+  CHECK(std::strstr(plain().instruction_set, "portable") && !std::strstr(kernel().instruction_set, "portable"));
+}
 
 }  // namespace
 

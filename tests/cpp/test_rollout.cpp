@@ -12,15 +12,30 @@ struct Rollout {
   std::vector<std::int32_t> status;
   std::vector<std::int8_t> health, active, scratch_active;
   Rollout(int joints, long rows)
-      : n(joints), steps(rows), q(n * steps), rates(n * steps), pose(16 * steps), command(6 * steps), residual(6 * steps),
-        task_error(steps), damping(steps), scale(steps), lower(n * steps), upper(n * steps), scratch(4 * n), status(steps, -1),
-        health(n * steps), active(n * steps), scratch_active(n) {}
+      : n(joints),
+        steps(rows),
+        q(n * steps),
+        rates(n * steps),
+        pose(16 * steps),
+        command(6 * steps),
+        residual(6 * steps),
+        task_error(steps),
+        damping(steps),
+        scale(steps),
+        lower(n * steps),
+        upper(n * steps),
+        scratch(4 * n),
+        status(steps, -1),
+        health(n * steps),
+        active(n * steps),
+        scratch_active(n) {}
   void run(Robot& robot, std::vector<double>& at, const std::vector<double>& twists, int stages, bool advance = true,
            const double* targets = nullptr) {
-    const stillreach::Record to{q.data(), rates.data(), pose.data(), command.data(), residual.data(), task_error.data(), damping.data(),
-                                scale.data(), lower.data(), upper.data(), status.data(), health.data(), active.data()};
-    kernel().rollout(robot.state, at.data(), twists.data(), targets, steps, stages, advance, robot.scratch.memory(), robot.answer,
-                     scratch.data(), scratch_active.data(), to);
+    const stillreach::Record to{q.data(),          rates.data(),   pose.data(),  command.data(), residual.data(),
+                                task_error.data(), damping.data(), scale.data(), lower.data(),   upper.data(),
+                                status.data(),     health.data(),  active.data()};
+    kernel().rollout(robot.state, at.data(), twists.data(), targets, steps, stages, advance, robot.scratch.memory(),
+                     robot.answer, scratch.data(), scratch_active.data(), to);
   }
 };
 
@@ -59,7 +74,8 @@ void chunk_is_its_ticks() {
     o.period = 0.01;
     o.position = 2.5;
     o.transition_rate = 2.0;
-    Robot whole(paper_chain(), law.settings, o), halves(paper_chain(), law.settings, o), ticks(paper_chain(), law.settings, o);
+    Robot whole(paper_chain(), law.settings, o), halves(paper_chain(), law.settings, o),
+        ticks(paper_chain(), law.settings, o);
     const std::vector<double> start = Random(1).vector(11, 1.0);
     std::vector<double> a = start, b = start, c = start;
     for (Robot* robot : {&whole, &halves, &ticks}) {
@@ -76,7 +92,8 @@ void chunk_is_its_ticks() {
       CHECK(one.task_error[t] == ticks.answer.task_error && one.damping[t] == ticks.answer.damping);
       for (int i = 0; i < 11; ++i) {
         CHECK(one.rates[11 * t + i] == ticks.rates[i]);
-        CHECK(one.lower[11 * t + i] == ticks.lower[i] && one.health[11 * t + i] == static_cast<std::int8_t>(ticks.faults[i].health));
+        CHECK(one.lower[11 * t + i] == ticks.lower[i] &&
+              one.health[11 * t + i] == static_cast<std::int8_t>(ticks.faults[i].health));
         c[i] = t < 39 ? one.q[11 * (t + 1) + i] : a[i];  // with or without a fused multiply-add:
         CHECK_NEAR(c[i], one.q[11 * t + i] + o.period * ticks.rates[i], 1e-15);
       }

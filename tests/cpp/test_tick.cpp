@@ -48,7 +48,8 @@ std::vector<double> planar_rates(const std::vector<double>& J, const double* v, 
 }
 
 bool reaches_the_task(const NamedLaw& law) {  // exactly, where the bounds allow it
-  return !(law.settings.kind == stillreach::LawKind::SINGULARITY_ROBUST && law.settings.damping == stillreach::DampingKind::NUMBER);
+  return !(law.settings.kind == stillreach::LawKind::SINGULARITY_ROBUST &&
+           law.settings.damping == stillreach::DampingKind::NUMBER);
 }
 
 void planar_arms_by_hand() {
@@ -112,8 +113,8 @@ void all_joints_failed() {
     }
 }
 
-// A NaN from an encoder, or in the command: zero rates, or as near to them as the acceleration limit lets; failed joints
-// keep their rates, and the next good tick is right again.
+// A NaN from an encoder, or in the command: zero rates, or as near to them as the acceleration limit lets; failed
+// joints keep their rates, and the next good tick is right again.
 void not_a_number() {
   const double twist[6] = {0.1, 0.05, 0.2, 0.1, 0, 0};
   for (const NamedLaw& law : every_law())
@@ -156,7 +157,8 @@ void faults_become_bounds() {
     robot.tick(q.data(), twist);
     CHECK(robot.lower[0] == -0.1 && robot.upper[0] == 0.1);
     CHECK(robot.rates[2] == -0.3);
-    CHECK(robot.lower_reason[0] == code(stillreach::Reason::FAULT) && robot.lower_reason[1] == code(stillreach::Reason::RATE));
+    CHECK(robot.lower_reason[0] == code(stillreach::Reason::FAULT) &&
+          robot.lower_reason[1] == code(stillreach::Reason::RATE));
     if (law.inside) CHECK(robot.inside());
   }
 }
@@ -219,7 +221,8 @@ void every_choice_of_rows() {
         for (int r = 0; r < robot.m; ++r) {
           const int h = o.rows[r] < 3 ? 0 : 3, axis = o.rows[r] - h;
           double off = 0.0;
-          for (int i = 0; i < 3; ++i) off += (tool ? robot.state.pose[3 * axis + i] : i == axis) * (twist[h + i] - tip[h + i]);
+          for (int i = 0; i < 3; ++i)
+            off += (tool ? robot.state.pose[3 * axis + i] : i == axis) * (twist[h + i] - tip[h + i]);
           CHECK_NEAR(robot.residual[r], off, 1e-14);
           if (reaches_the_task(law)) CHECK_NEAR(off, 0.0, 1e-12);
         }
@@ -253,7 +256,8 @@ void full_joint_weights_and_null_motions() {
 
 void long_arm() {
   for (const NamedLaw& law : every_law())
-    for (const stillreach::NullMotionKind null_kind : {stillreach::NullMotionKind::NONE, stillreach::NullMotionKind::MANIPULABILITY}) {
+    for (const stillreach::NullMotionKind null_kind :
+         {stillreach::NullMotionKind::NONE, stillreach::NullMotionKind::MANIPULABILITY}) {
       Options o;
       o.null_kind = null_kind;
       Robot robot(snake_chain(500), law.settings, o);
@@ -275,7 +279,10 @@ void long_arm() {
 void tracking_ends_at_the_target() {
   Options o;
   o.rate = 5.0;
-  Robot robot(skew_chain(9, 21), law_settings(stillreach::LawKind::LEAST_ERROR, stillreach::DampingKind::NUMBER, stillreach::NormKind::MAXIMUM, 0.0, 10.0), o);
+  Robot robot(skew_chain(9, 21),
+              law_settings(stillreach::LawKind::LEAST_ERROR, stillreach::DampingKind::NUMBER,
+                           stillreach::NormKind::MAXIMUM, 0.0, 10.0),
+              o);
   std::vector<double> q = Random(22).vector(9, 0.5), goal = q;
   goal[0] += 0.5;
   goal[4] -= 0.4;

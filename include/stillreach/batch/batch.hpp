@@ -3,21 +3,21 @@
 // is solved alone. A row's answer depends on nothing but the row.
 #pragma once
 
+#include "stillreach/batch/lane_laws.hpp"
 #include "stillreach/control/bounds.hpp"
-#include "stillreach/kinematics/kinematics.hpp"
 #include "stillreach/kinematics/coupled.hpp"
 #include "stillreach/kinematics/frames.hpp"
+#include "stillreach/kinematics/kinematics.hpp"
 #include "stillreach/kinematics/lane_kinematics.hpp"
-#include "stillreach/batch/lane_laws.hpp"
 
 namespace stillreach {
 
 // What a batch call is about. Null pointers mean: not given, not asked for. A stride of 0 shares one row with all.
 struct Batch {
-  ArmView arm;              // n alone where Jacobians are given
+  ArmView arm;  // n alone where Jacobians are given
   int m;
-  int rows[6];              // of [v; w] that the task looks at
-  int every_row, tool_axes; // rows are all six along base axes; along the tool's axes
+  int rows[6];               // of [v; w] that the task looks at
+  int every_row, tool_axes;  // rows are all six along base axes; along the tool's axes
   LawSettings law;
   Metric metric;
   const double* q;          // rows of n
@@ -30,19 +30,19 @@ struct Batch {
   // limits that depend on where a joint is and how it moved last (see bounds.hpp)
   const double* position_lower;  // n
   const double* position_upper;
-  const double* acceleration;    // n
-  const double* last;            // rows of n
+  const double* acceleration;  // n
+  const double* last;          // rows of n
   double period;
   // answers
-  double* rates;            // rows of n
-  std::int32_t* status;     // rows
-  double* residual;         // rows of m
-  double* damping;          // rows, and so on
+  double* rates;         // rows of n
+  std::int32_t* status;  // rows
+  double* residual;      // rows of m
+  double* damping;       // rows, and so on
   double* scale;
   double* task_error;
-  double* pose;             // rows of 4 x 4, row-major
-  double* jacobian;         // rows of m x n, row-major
-  std::int8_t* active;      // rows of n, Reason, negative at the lower bound
+  double* pose;         // rows of 4 x 4, row-major
+  double* jacobian;     // rows of m x n, row-major
+  std::int8_t* active;  // rows of n, Reason, negative at the lower bound
   std::int32_t* iterations;
 };
 
@@ -54,12 +54,12 @@ constexpr int kBlock = 256;  // rows that are worked on together
 
 // What one thread needs.
 struct BatchMemory {
-  Workspace workspace;      // of the single tick
+  Workspace workspace;  // of the single tick
   Wide *q, *jacobian, *task_jacobian, *lower, *upper, *rates, *residual;
   LaneSystem system;
-  double typical;           // typical_rate() of shared bounds
-  double* single;           // 32 n + 64 numbers for rows that are solved alone
-  std::int8_t* bytes;       // 3 n
+  double typical;      // typical_rate() of shared bounds
+  double* single;      // 32 n + 64 numbers for rows that are solved alone
+  std::int8_t* bytes;  // 3 n
 };
 
 STILLREACH_INLINE std::size_t batch_packs(int n) { return (4 + 12 + 2 * 6 + 16) * to_size(n) + 36; }
@@ -73,7 +73,11 @@ STILLREACH_INLINE std::size_t batch_bytes(int n) { return workspace_bytes(n) + 3
 inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* ints, std::int8_t* bytes) {
   BatchMemory b;
   Wide* at = static_cast<Wide*>(static_cast<void*>(doubles));
-  const auto take = [&at](int count) { Wide* p = at; at += count; return p; };
+  const auto take = [&at](int count) {
+    Wide* p = at;
+    at += count;
+    return p;
+  };
   b.q = take(n);
   b.lower = take(n);
   b.upper = take(n);
@@ -88,7 +92,8 @@ inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* int
   s.scale = take(n);
   s.limit = take(n);
   s.z = take(n);
-  Wide** const vectors[] = {&s.top, &s.bottom, &s.lower, &s.upper, &s.length, &s.answer, &s.trial, &s.releases, &s.side};
+  Wide** const vectors[] = {&s.top,    &s.bottom, &s.lower,    &s.upper, &s.length,
+                            &s.answer, &s.trial,  &s.releases, &s.side};
   for (Wide** v : vectors) *v = take(n);
   s.works = static_cast<Lanes*>(static_cast<void*>(take(n)));
   s.outside = static_cast<Lanes*>(static_cast<void*>(take(n)));
@@ -102,10 +107,12 @@ inline BatchMemory make_batch_memory(int n, bool full, double* doubles, int* int
 }
 
 // Whether there is a rate within these bounds.
-STILLREACH_INLINE bool leaves_room(double low, double high) { return low <= high && low < infinity() && high > -infinity(); }
+STILLREACH_INLINE bool leaves_room(double low, double high) {
+  return low <= high && low < infinity() && high > -infinity();
+}
 
-// One row's bounds with position limits and acceleration window, as a controller's tick makes them. to: 2 n numbers. bytes:
-// 2 n, which receive the reasons of lower and upper bounds.
+// One row's bounds with position limits and acceleration window, as a controller's tick makes them. to: 2 n numbers.
+// bytes: 2 n, which receive the reasons of lower and upper bounds.
 struct LimitedStatus {
   std::int32_t bounds;
   bool runaway;
@@ -150,7 +157,8 @@ inline bool answerable(const Batch& b, std::ptrdiff_t row) {
   const double* twist = b.twist + row * b.twist_stride;
   for (int r = 0; r < (b.q ? 6 : b.m); ++r) doubt += twist[r] - twist[r];
   if (b.reference)
-    for (int i = 0; i < n; ++i) doubt += b.reference[row * b.reference_stride + i] - b.reference[row * b.reference_stride + i];
+    for (int i = 0; i < n; ++i)
+      doubt += b.reference[row * b.reference_stride + i] - b.reference[row * b.reference_stride + i];
   if (b.last)
     for (int i = 0; i < n; ++i) doubt += b.last[row * n + i] - b.last[row * n + i];
   const double *low = b.lower + row * b.bounds_stride, *high = b.upper + row * b.bounds_stride;
@@ -201,7 +209,8 @@ inline double row_typical(const Batch& b, std::ptrdiff_t row) {
 // A row with the single tick's code.
 inline STILLREACH_NOINLINE void solve_alone(const Batch& b, std::ptrdiff_t row, BatchMemory& w) {
   const int n = b.arm.n, m = b.m;
-  double *rates = w.single, *bounds = rates + n, *scratch = bounds + 2 * n, *jacobian = scratch + 10 * n, *task = jacobian + 6 * n;
+  double *rates = w.single, *bounds = rates + n, *scratch = bounds + 2 * n, *jacobian = scratch + 10 * n,
+         *task = jacobian + 6 * n;
   double *twist = task + 6 * n, *residual = twist + 6, *pose = residual + 6;
   std::int8_t* active = w.bytes;
   if (!answerable(b, row)) return write_invalid(b, row, rates, active);
@@ -232,7 +241,15 @@ inline STILLREACH_NOINLINE void solve_alone(const Batch& b, std::ptrdiff_t row, 
     high = bounds + n;
   }
   for (int i = 0; i < n; ++i) active[i] = 0;
-  const Problem p{m, n, task, twist, low, high, b.reference ? b.reference + row * b.reference_stride : nullptr, b.metric, row_typical(b, row)};
+  const Problem p{m,
+                  n,
+                  task,
+                  twist,
+                  low,
+                  high,
+                  b.reference ? b.reference + row * b.reference_stride : nullptr,
+                  b.metric,
+                  row_typical(b, row)};
   Answer out{rates, residual, active, OK, 0, 0.0, 1.0, 0.0};
   solve_law(b.law, p, w.workspace, out);
   out.status = limited.with(out.status);
@@ -252,8 +269,8 @@ inline void write_poses(const Wide* pose, int lanes, const std::ptrdiff_t* row, 
 
 // What is asked for more rarely.
 template <int M>
-inline void write_more(const Batch& b, const std::ptrdiff_t* row, int lanes, const LaneProblem& p, const LaneAnswer& out,
-                       BatchMemory& w) {
+inline void write_more(const Batch& b, const std::ptrdiff_t* row, int lanes, const LaneProblem& p,
+                       const LaneAnswer& out, BatchMemory& w) {
   const int n = p.n;
   for (int l = 0; l < kLanes; ++l) {
     if (!(lanes & 1 << l)) continue;
@@ -291,7 +308,7 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
     point(b.q, n);
     load_lanes(from, n, w.q);
     arm_kinematics(b.arm, static_cast<const Wide*>(w.q), w.system.shapes, pose, w.jacobian);  // shapes: free until then
-    for (int r = 9; r < 12; ++r) doubt += pose[r] - pose[r];  // a NaN in q ends up here
+    for (int r = 9; r < 12; ++r) doubt += pose[r] - pose[r];                                  // a NaN in q ends up here
     if (!b.every_row) {
       for (int i = 0; i < n; ++i)
         for (int r = 0; r < M; ++r) w.task_jacobian[M * i + r] = w.jacobian[6 * i + b.rows[r]];
@@ -397,7 +414,8 @@ inline bool bounds_leave_room(const Batch& b) {
 inline void solve_rows(const Batch& b, std::ptrdiff_t first, std::ptrdiff_t last, BatchMemory& w) {
   const bool shared = b.bounds_stride == 0;
   if (shared && b.law.parts > 0) w.typical = row_typical(b, 0);
-  if (suits_lanes(b.law.kind, b.arm.n, b.m, b.metric) && !b.tool_axes && !b.reference && (!shared || bounds_leave_room(b))) {
+  if (suits_lanes(b.law.kind, b.arm.n, b.m, b.metric) && !b.tool_axes && !b.reference &&
+      (!shared || bounds_leave_room(b))) {
     if (shared && !b.acceleration) {
       for (int i = 0; i < b.arm.n; ++i) {
         w.lower[i] = wide(b.lower[i]);

@@ -19,11 +19,11 @@ struct KinematicsBatch {
   double* singular_values;  // rows of min(m, count), falling
   double* manipulability;   // rows: their product; 0 where count < m
   // of which Jacobian the singular values are
-  Metric metric;            // of m rows and n joints
+  Metric metric;  // of m rows and n joints
   int m;
-  int rows[6];              // of [v; w]
-  int tool_axes;            // along the tool's axes
-  const int* joints;        // those that count, `count` of them
+  int rows[6];        // of [v; w]
+  int tool_axes;      // along the tool's axes
+  const int* joints;  // those that count, `count` of them
   int count;
 };
 
@@ -37,8 +37,8 @@ STILLREACH_INLINE std::size_t kinematics_doubles(int n, int count, bool full) {
   return kLanes * (15 * to_size(n) + 16) + (kStride + kRows) * k + (full ? k * k : 0);
 }
 
-// Singular values of the weighted columns, and their product. columns: (kStride + kRows) count numbers, and behind them the
-// factor of a full joint weight.
+// Singular values of the weighted columns, and their product. columns: (kStride + kRows) count numbers, and behind them
+// the factor of a full joint weight.
 inline void singular_values(const KinematicsBatch& b, double* columns, double* sigma, double& product) {
   const int k = b.count, most = b.m < k ? b.m : k;
   double *work = columns + kStride * k, total = 0.0;
@@ -65,7 +65,8 @@ inline void task_columns(const KinematicsBatch& b, const Wide* pose, const Wide*
     const int i = b.joints[j];
     for (int r = 0; r < 6; ++r) base[r] = jacobian[6 * i + r][l];
     select_rows(b, frame, base, task);
-    weighted_column(Rows<0>{b.m}, b.metric.rows, task, b.metric.columns ? b.metric.columns[i] : 1.0, columns + kStride * j);
+    weighted_column(Rows<0>{b.m}, b.metric.rows, task, b.metric.columns ? b.metric.columns[i] : 1.0,
+                    columns + kStride * j);
   }
 }
 
@@ -76,7 +77,8 @@ inline void kinematics_rows(const KinematicsBatch& b, std::ptrdiff_t first, std:
   Wide *jacobian = q + n, *scratch = jacobian + 6 * n, *ordered = scratch + 2 * n, pose[12];
   double *columns = doubles + kLanes * (15 * to_size(n) + 16), sigma[kRows], product, *to[kLanes];
   const bool spectra = b.singular_values || b.manipulability;
-  if (spectra && b.metric.joints) factor_weight(n, b.metric.joints, b.joints, b.count, columns + (kStride + kRows) * b.count);
+  if (spectra && b.metric.joints)
+    factor_weight(n, b.metric.joints, b.joints, b.count, columns + (kStride + kRows) * b.count);
   for (std::ptrdiff_t at = first; at < last; at += kLanes) {
     const int here = last - at < kLanes ? static_cast<int>(last - at) : kLanes;
     const double* from[kLanes];

@@ -8,25 +8,25 @@ namespace stillreach {
 // The batch says arm, law, task, bounds and limits; its q, twist, last and answers are set row block by row block here.
 struct BatchRollout {
   Batch batch;
-  const double* start;      // rows of n
-  const double* twist;      // 6, per row and step as the strides say (0: the same for all)
+  const double* start;  // rows of n
+  const double* twist;  // 6, per row and step as the strides say (0: the same for all)
   std::ptrdiff_t twist_row, twist_step;
-  const double* last;       // rows of n: rates before the first step, or null for rest
+  const double* last;  // rows of n: rates before the first step, or null for rest
   long steps;
-  long every;               // record each so many steps
+  long every;  // record each so many steps
   double period;
-  int runge_kutta;          // fourth order, the command held over a step; else Euler
-  bool (*stop)(void*);      // asked before each step: true ends early
+  int runge_kutta;      // fourth order, the command held over a step; else Euler
+  bool (*stop)(void*);  // asked before each step: true ends early
   void* context;
   // answers; null: not wanted. Records have steps / every (rounded up) entries a row, made before each recorded step
-  double* q;                // rows of records of n
-  double* rates;            // rows of records of n
-  double* task_error;       // rows of records
-  std::int32_t* status;     // rows of records
-  double* final_q;          // rows of n: after the last step
-  double* final_rates;      // rows of n: of the last step
-  double* worst_error;      // rows: largest task error on the way
-  std::int32_t* any_status; // rows: every bit that was up on the way
+  double* q;                 // rows of records of n
+  double* rates;             // rows of records of n
+  double* task_error;        // rows of records
+  std::int32_t* status;      // rows of records
+  double* final_q;           // rows of n: after the last step
+  double* final_rates;       // rows of n: of the last step
+  double* worst_error;       // rows: largest task error on the way
+  std::int32_t* any_status;  // rows: every bit that was up on the way
 };
 
 constexpr int kRolloutBlock = 64;
@@ -90,7 +90,8 @@ inline void runge_kutta(const BatchRollout& r, Batch b, int count, BatchMemory& 
 }
 
 // Rows first to last - 1, at most kRolloutBlock of them.
-inline void rollout_rows(const BatchRollout& r, std::ptrdiff_t first, std::ptrdiff_t last, BatchMemory& memory, RolloutMemory& w) {
+inline void rollout_rows(const BatchRollout& r, std::ptrdiff_t first, std::ptrdiff_t last, BatchMemory& memory,
+                         RolloutMemory& w) {
   const int n = r.batch.arm.n, count = static_cast<int>(last - first);
   Batch b = r.batch;
   b.q = w.q;

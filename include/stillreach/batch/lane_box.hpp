@@ -2,28 +2,28 @@
 // rounding has a say; lanes that meet either are given up, for the single tick's code to answer.
 #pragma once
 
-#include "stillreach/bounded/box.hpp"
 #include "stillreach/batch/lane_solve.hpp"
+#include "stillreach/bounded/box.hpp"
 
 STILLREACH_BEGIN
 
 template <int M>
 struct LaneBox {
   int k;
-  const Wide* const* column;  // k, zeros in lanes where the joint does not work
+  const Wide* const* column;   // k, zeros in lanes where the joint does not work
   const Lanes* works;          // k
-  const Wide* length;         // k
-  const Wide* lower;          // k, of z
-  const Wide* upper;          // k
-  Wide* z;                    // k
-  Wide* target;               // k
-  Wide* trial;                // k
-  Wide* releases;             // k
-  Wide* side;                 // k: -1 at lower, 1 at upper, 0 free
-  Lanes* outside;             // k: lanes where it is free, and its target beyond its bounds
-  Wide* masked;               // k M: columns of the free variables
-  Wide* narrow;               // (M - 1) M: those columns one after the other, where they are fewer than rows
-  const Wide** masked_column; // k
+  const Wide* length;          // k
+  const Wide* lower;           // k, of z
+  const Wide* upper;           // k
+  Wide* z;                     // k
+  Wide* target;                // k
+  Wide* trial;                 // k
+  Wide* releases;              // k
+  Wide* side;                  // k: -1 at lower, 1 at upper, 0 free
+  Lanes* outside;              // k: lanes where it is free, and its target beyond its bounds
+  Wide* masked;                // k M: columns of the free variables
+  Wide* narrow;                // (M - 1) M: those columns one after the other, where they are fewer than rows
+  const Wide** masked_column;  // k
   Wide iterations;
   Wide residual[kRows], dual[kRows], condition;  // of the last solve
 };
@@ -111,7 +111,8 @@ STILLREACH_INLINE void narrow_residual(const Wide* columns, const Wide* rhs, con
   }
 }
 
-// The free variables of the lanes of `where`, fewer than rows: solve_tall() of inner.hpp. Returns the lanes it can be trusted in.
+// The free variables of the lanes of `where`, fewer than rows: solve_tall() of inner.hpp. Returns the lanes it can be
+// trusted in.
 template <int M>
 inline STILLREACH_NOINLINE Lanes solve_narrow(LaneBox<M>& b, const Wide* rest, Lanes where, Wide count) {
   constexpr int S = M - 1;
@@ -214,7 +215,8 @@ inline Lanes all_inside_of(LaneBox<M>& b) {
 
 // advance() of box.hpp in the lanes of `where`.
 template <int M>
-inline void advance(LaneBox<M>& b, const Wide* rhs, Lanes where, Lanes first, Wide freed, Wide noise, LaneObjective& now) {
+inline void advance(LaneBox<M>& b, const Wide* rhs, Lanes where, Lanes first, Wide freed, Wide noise,
+                    LaneObjective& now) {
   const Wide zero = wide(0.0), one = wide(1.0);
   for (int i = 0; i < b.k; ++i)
     b.trial[i] = select(b.side[i] == zero, clamp(b.target[i], b.lower[i], b.upper[i]), b.z[i]);
@@ -232,7 +234,8 @@ inline void advance(LaneBox<M>& b, const Wide* rhs, Lanes where, Lanes first, Wi
   for (int i = 0; i < b.k; ++i) {
     const Wide move = b.target[i] - b.z[i], room = (select(move > zero, b.upper[i], b.lower[i]) - b.z[i]) / move;
     const Lanes nearer = b.outside[i] & ((blocking < zero) | (room < part));
-    part = select(nearer, larger(room, zero), part), blocking = select(nearer, wide(i), blocking);
+    part = select(nearer, larger(room, zero), part);
+    blocking = select(nearer, wide(i), blocking);
   }
   for (int i = 0; i < b.k; ++i) {
     const Lanes free = b.works[i] & (b.side[i] == zero), out = b.outside[i];
@@ -247,8 +250,8 @@ inline void advance(LaneBox<M>& b, const Wide* rhs, Lanes where, Lanes first, Wi
   now = select(partly, objective<M>(b, rhs, b.z), now);
 }
 
-// choose_release() of box.hpp in the lanes of `where`: the number of the variable to free, or -1. barred: lanes where one was wanted
-// that may not move again. Overwrites b.trial.
+// choose_release() of box.hpp in the lanes of `where`: the number of the variable to free, or -1. barred: lanes where
+// one was wanted that may not move again. Overwrites b.trial.
 template <int M>
 inline Wide choose_release(const LaneBox<M>& b, Wide size, Lanes where, Lanes& barred) {
   const Wide zero = wide(0.0);
@@ -280,19 +283,22 @@ inline Wide choose_release(const LaneBox<M>& b, Wide size, Lanes where, Lanes& b
     const Lanes nearer = fixed & ~counts & (secondary > wide(1e-12) * (magnitude(z) + length * dual_size));
     barred |= nearer & spent;
     const Lanes nearest = nearer & ~spent & (secondary > second_gain);
-    second = select(nearest, number, second), second_gain = select(nearest, secondary, second_gain);
+    second = select(nearest, number, second);
+    second_gain = select(nearest, secondary, second_gain);
   }
   return select(first >= zero, first, second);
 }
 
-// From all variables free, in the lanes of `live`; those of `solved` hold the answer to that already, in target, residual
-// and dual. Returns the lanes that found their optimum.
+// From all variables free, in the lanes of `live`; those of `solved` hold the answer to that already, in target,
+// residual and dual. Returns the lanes that found their optimum.
 template <int M>
 inline Lanes solve_box(LaneBox<M>& b, const Wide* rhs, Lanes live, Lanes solved) {
   const Wide zero = wide(0.0), size = square_root(dot<M>(rhs, rhs));
   Wide working = zero, freed = wide(-1.0);
   for (int i = 0; i < b.k; ++i) {
-    b.releases[i] = b.side[i] = zero, b.z[i] = clamp(zero, b.lower[i], b.upper[i]), b.masked_column[i] = b.masked + i * M;
+    b.releases[i] = b.side[i] = zero;
+    b.z[i] = clamp(zero, b.lower[i], b.upper[i]);
+    b.masked_column[i] = b.masked + i * M;
     working += select(b.works[i], wide(1.0), zero);
   }
   const Wide noise = wide(1e-28) * size * size, most = madd(wide(kMaxReleases + 1), working, wide(2.0));
@@ -305,7 +311,8 @@ inline Lanes solve_box(LaneBox<M>& b, const Wide* rhs, Lanes live, Lanes solved)
     const Lanes all_inside = live & all_inside_of(b), outside = live & ~all_inside;
     if (any(outside)) {
       advance<M>(b, rhs, outside, first, freed, noise, now);
-      first &= ~outside, freed = select(outside, wide(-1.0), freed);
+      first &= ~outside;
+      freed = select(outside, wide(-1.0), freed);
     }
     if (!any(all_inside)) continue;
     for (int i = 0; i < b.k; ++i)
@@ -318,11 +325,13 @@ inline Lanes solve_box(LaneBox<M>& b, const Wide* rhs, Lanes live, Lanes solved)
     found |= done & (b.condition <= wide(kTwiceCondition));
     live &= ~done;
     if (!any(releasing)) continue;
-    now = select(releasing, objective<M>(b, rhs, b.z), now), first &= ~releasing;
+    now = select(releasing, objective<M>(b, rhs, b.z), now);
+    first &= ~releasing;
     freed = select(releasing, release, freed);
     for (int i = 0; i < b.k; ++i) {
       const Lanes here = releasing & (release == wide(i));
-      b.releases[i] = select(here, b.releases[i] + wide(1.0), b.releases[i]), b.side[i] = select(here, zero, b.side[i]);
+      b.releases[i] = select(here, b.releases[i] + wide(1.0), b.releases[i]);
+      b.side[i] = select(here, zero, b.side[i]);
     }
   }
   return found;

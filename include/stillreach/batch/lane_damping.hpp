@@ -1,8 +1,8 @@
 // The damping laws' factors for all lanes at once: exact_damping.hpp, and eq. (16) from singular values.
 #pragma once
 
-#include "stillreach/laws/damping.hpp"
 #include "stillreach/batch/lane_system.hpp"
+#include "stillreach/laws/damping.hpp"
 
 STILLREACH_BEGIN
 
@@ -27,14 +27,16 @@ inline void jacobi(Lanes where, Wide (*triangle)[kRows]) {
         restless |= turn.large;
         for (int r = 0; r < M; ++r) {
           const Wide a = P[r], b = Q[r];
-          P[r] = madd(turn.c, a, -(turn.s * b)), Q[r] = madd(turn.s, a, turn.c * b);
+          P[r] = madd(turn.c, a, -(turn.s * b));
+          Q[r] = madd(turn.s, a, turn.c * b);
         }
       }
     where &= restless;
   }
 }
 
-// Singular values and left vectors, falling, by odd-even exchange. Ties have no order of their own: those lanes are rejected.
+// Singular values and left vectors, falling, by odd-even exchange. Ties have no order of their own: those lanes are
+// rejected.
 template <int M>
 inline Lanes sort_spectrum(Wide (*triangle)[kRows], double threshold, Wide* sigma) {
   for (int j = 0; j < M; ++j) {
@@ -47,10 +49,12 @@ inline Lanes sort_spectrum(Wide (*triangle)[kRows], double threshold, Wide* sigm
       const Lanes swap = sigma[j] < sigma[j + 1];
       if (!any(swap)) continue;
       const Wide high = select(swap, sigma[j + 1], sigma[j]), low = select(swap, sigma[j], sigma[j + 1]);
-      sigma[j] = high, sigma[j + 1] = low;
+      sigma[j] = high;
+      sigma[j + 1] = low;
       for (int r = 0; r < M; ++r) {
         const Wide a = triangle[j][r], b = triangle[j + 1][r];
-        triangle[j][r] = select(swap, b, a), triangle[j + 1][r] = select(swap, a, b);
+        triangle[j][r] = select(swap, b, a);
+        triangle[j + 1][r] = select(swap, a, b);
       }
     }
   Lanes good = sigma[M - 1] > wide(threshold) * sigma[0];
@@ -62,10 +66,12 @@ inline Lanes sort_spectrum(Wide (*triangle)[kRows], double threshold, Wide* sigm
   return good;
 }
 
-// The factor of eq. (16) and the damped answer in z, in the lanes of `where` that are returned; shapes: room for k M packs.
+// The factor of eq. (16) and the damped answer in z, in the lanes of `where` that are returned; shapes: room for k M
+// packs.
 template <int M>
-inline Lanes closed_form_damping(double rank_tolerance, const Wide* const* column, int k, const Wide* rhs, const Wide* limit, Lanes where,
-                                const LaneInner<M>& in, Wide* shapes, Wide* z, Wide& kappa) {
+inline Lanes closed_form_damping(double rank_tolerance, const Wide* const* column, int k, const Wide* rhs,
+                                 const Wide* limit, Lanes where, const LaneInner<M>& in, Wide* shapes, Wide* z,
+                                 Wide& kappa) {
   Wide triangle[kRows][kRows], sigma[kRows], beta[kRows], square[kRows], weight[kRows];
   for (int j = 0; j < M; ++j) {
     const Wide root = wide(1.0) / square_root(in.factor.pivot_inverse[j]);
@@ -73,7 +79,10 @@ inline Lanes closed_form_damping(double rank_tolerance, const Wide* const* colum
   }
   jacobi<M>(where, triangle);
   where &= sort_spectrum<M>(triangle, rank_tolerance, sigma);
-  for (int j = 0; j < M; ++j) beta[j] = dot<M>(triangle[j], rhs), square[j] = sigma[j] * sigma[j];
+  for (int j = 0; j < M; ++j) {
+    beta[j] = dot<M>(triangle[j], rhs);
+    square[j] = sigma[j] * sigma[j];
+  }
   for (int i = 0; i < k; ++i)
     for (int j = 0; j < M; ++j) shapes[i * M + j] = dot<M>(column[i], triangle[j]);
   kappa = closed_form_damping(M, shapes, M, k, limit, beta, square);
@@ -85,22 +94,25 @@ inline Lanes closed_form_damping(double rank_tolerance, const Wide* const* colum
   return where;
 }
 
-// choose_damping() of singularity_robust.hpp in the lanes of `where`, where the Gram matrix is harmless: the factor and the
-// damped answer in z; elsewhere both stay. Returns the lanes that were answered.
+// choose_damping() of singularity_robust.hpp in the lanes of `where`, where the Gram matrix is harmless: the factor and
+// the damped answer in z; elsewhere both stay. Returns the lanes that were answered.
 template <int M>
-inline STILLREACH_NOINLINE Lanes choose_damping(const LawSettings& law, LaneSystem& s, Lanes where, LaneInner<M>& in, Wide& kappa,
-                                               Wide& steps) {
+inline STILLREACH_NOINLINE Lanes choose_damping(const LawSettings& law, LaneSystem& s, Lanes where, LaneInner<M>& in,
+                                                Wide& kappa, Wide& steps) {
   where &= in.condition <= wide(kPlainCondition);
   const bool exact = law.damping == DampingKind::EXACT;
   if (!any(where) || (!exact && law.norm == NormKind::EUCLIDEAN)) return no_lane();
   Wide found, count = wide(1.0);
   for (int j = 0; j < s.k; ++j) s.answer[j] = s.z[j];
   if (exact)
-    where = exact_damping(Rows<M>{M}, LaneColumns{s.column}, s.k, s.rhs, s.limit, law.norm, where, in.factor, in.dual, s.answer, found, count);
+    where = exact_damping(Rows<M>{M}, LaneColumns{s.column}, s.k, s.rhs, s.limit, law.norm, where, in.factor, in.dual,
+                          s.answer, found, count);
   else
-    where = closed_form_damping<M>(law.rank_tolerance, s.column, s.k, s.rhs, s.limit, where, in, s.shapes, s.answer, found);
+    where =
+        closed_form_damping<M>(law.rank_tolerance, s.column, s.k, s.rhs, s.limit, where, in, s.shapes, s.answer, found);
   const Lanes damped = where & (found > wide(0.0));
-  kappa = select(damped, found, kappa), steps = select(damped, count, steps);
+  kappa = select(damped, found, kappa);
+  steps = select(damped, count, steps);
   for (int j = 0; j < s.k; ++j) s.z[j] = select(damped, s.answer[j], s.z[j]);
   return where;
 }

@@ -52,12 +52,12 @@ STILLREACH_INLINE Wide inverse_norm(Rows<M>, const LaneFactor<M>& f, const Wide*
 template <int M, int FIRST, int LAST>
 STILLREACH_INLINE void gram_rows(const Wide* const* column, int count, Wide kappa, LaneFactor<M>& f) {
   Wide sum[4][kRows];
-  STILLREACH_UNROLL for (int r = FIRST; r < LAST; ++r)
-    STILLREACH_UNROLL for (int c = 0; c <= r; ++c) sum[r - FIRST][c] = wide(0.0);
+  STILLREACH_UNROLL for (int r = FIRST; r < LAST; ++r) STILLREACH_UNROLL for (int c = 0; c <= r; ++c)
+      sum[r - FIRST][c] = wide(0.0);
   for (int i = 0; i < count; ++i) {
     const Wide* a = column[i];
-    STILLREACH_UNROLL for (int r = FIRST; r < LAST; ++r)
-      STILLREACH_UNROLL for (int c = 0; c <= r; ++c) sum[r - FIRST][c] = madd(a[r], a[c], sum[r - FIRST][c]);
+    STILLREACH_UNROLL for (int r = FIRST; r < LAST; ++r) STILLREACH_UNROLL for (int c = 0; c <= r; ++c)
+        sum[r - FIRST][c] = madd(a[r], a[c], sum[r - FIRST][c]);
   }
   STILLREACH_UNROLL for (int r = FIRST; r < LAST; ++r) {
     STILLREACH_UNROLL for (int c = 0; c <= r; ++c) f.gram[r][c] = sum[r - FIRST][c];
@@ -82,7 +82,8 @@ STILLREACH_INLINE Wide dot(const Wide* a, const Wide* b) {
 
 // residual = b - A z.
 template <int M>
-STILLREACH_INLINE void residual_of(const Wide* const* column, int count, const Wide* rhs, const Wide* z, Wide* residual) {
+STILLREACH_INLINE void residual_of(const Wide* const* column, int count, const Wide* rhs, const Wide* z,
+                                   Wide* residual) {
   Wide sum[kRows];
   STILLREACH_UNROLL for (int r = 0; r < M; ++r) sum[r] = rhs[r];
   for (int i = 0; i < count; ++i) {
@@ -94,7 +95,8 @@ STILLREACH_INLINE void residual_of(const Wide* const* column, int count, const W
 
 // One refinement, in the lanes of `where`.
 template <int M>
-inline STILLREACH_NOINLINE void refine(const Wide* const* column, int count, const Wide* rhs, Wide kappa, Lanes where, Wide* z, LaneInner<M>& in) {
+inline STILLREACH_NOINLINE void refine(const Wide* const* column, int count, const Wide* rhs, Wide kappa, Lanes where,
+                                       Wide* z, LaneInner<M>& in) {
   Wide error[kRows], change[kRows];
   residual_of<M>(column, count, rhs, z, error);
   for (int r = 0; r < M; ++r) error[r] = madd(-kappa, in.dual[r], error[r]);
@@ -105,8 +107,8 @@ inline STILLREACH_NOINLINE void refine(const Wide* const* column, int count, con
 
 // rhs: M. z: count. Returns the lanes where the route can be trusted; the others hold nothing.
 template <int M>
-STILLREACH_INLINE Lanes solve_wide(const Wide* const* column, int count, const Wide* rhs, Wide kappa, Wide* z, LaneInner<M>& in,
-                                   double plain = kPlainCondition) {
+STILLREACH_INLINE Lanes solve_wide(const Wide* const* column, int count, const Wide* rhs, Wide kappa, Wide* z,
+                                   LaneInner<M>& in, double plain = kPlainCondition) {
   gram<M>(column, count, kappa, in.factor);
   in.condition = factor<M, Wide>(in.factor);
   const Lanes trusted = in.condition <= wide(kRefinedCondition);

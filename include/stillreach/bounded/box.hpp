@@ -1,7 +1,7 @@
 // Bounded least squares by a primal active set (Bjorck, 1996, section 5.2): of all z in the box, those of least
-// |b - A z|^2 + kappa |z|^2, and for kappa = 0 among them the one of least norm (or of least z' W z). Starts from the bounds that were active
-// a tick ago. Every step lowers the objective or frees a bound, each bound is freed at most kMaxReleases times, so the
-// number of steps is bounded by construction.
+// |b - A z|^2 + kappa |z|^2, and for kappa = 0 among them the one of least norm (or of least z' W z). Starts from the
+// bounds that were active a tick ago. Every step lowers the objective or frees a bound, each bound is freed at most
+// kMaxReleases times, so the number of steps is bounded by construction.
 #pragma once
 
 #include "stillreach/linear/inner.hpp"
@@ -10,11 +10,12 @@
 STILLREACH_BEGIN
 
 constexpr int kMaxReleases = 4;
-constexpr int kNever = 100;         // a release count: freeing this variable led straight back to its bound
-constexpr double kInside = 1e-12;   // relative slack of a free variable at its bound
-constexpr double kRounding = 4e-15; // relative error that a residual may have
-constexpr double kDependent = 1e-14; // part of the largest singular value that is rounding of the columns
-constexpr double kAlong = 16.0;     // a residual is known to so many times what it has along free columns, whose sum a column may be
+constexpr int kNever = 100;           // a release count: freeing this variable led straight back to its bound
+constexpr double kInside = 1e-12;     // relative slack of a free variable at its bound
+constexpr double kRounding = 4e-15;   // relative error that a residual may have
+constexpr double kDependent = 1e-14;  // part of the largest singular value that is rounding of the columns
+constexpr double kAlong =
+    16.0;  // a residual is known to so many times what it has along free columns, whose sum a column may be
 constexpr double kDescent = 1e-13;  // relative change of an objective that counts
 
 struct Box {
@@ -24,25 +25,25 @@ struct Box {
   const double* lower;    // k, of z
   const double* upper;    // k
   double kappa;
-  double threshold;       // of singular values: relative where >= 0, else absolute (its negative)
-  double dependent;       // absolute: below it singular values of free columns are rounding
-  double whole;           // length of the right-hand side before rows were left out, with which its rounding comes, or 0
-  const double* weight;   // k x k: W, or null for the identity
-  double* whitened;       // 6 k and
-  double* triangle;       // k x k numbers where there is a weight
-  double slack;           // of targets at their bounds
-  double* z;              // k: the answer
-  std::int8_t* state;     // k: -1 at lower, 1 at upper, 0 free; in: where to start
-  double* target;         // k
-  double* work;           // 7 k
-  int* index;             // k
-  int* releases;          // k
-  int iterations;         // factorisations
-  double plain;           // condition number of a Gram matrix up to which its answer is not refined
-  double safe;            // condition number of a Gram matrix up to which rounding decides nothing
-  bool capped;            // the bound on the steps was met
-  bool doubtful;          // rounding may have decided
-  double residual[kStride]; // b - A z
+  double threshold;      // of singular values: relative where >= 0, else absolute (its negative)
+  double dependent;      // absolute: below it singular values of free columns are rounding
+  double whole;          // length of the right-hand side before rows were left out, with which its rounding comes, or 0
+  const double* weight;  // k x k: W, or null for the identity
+  double* whitened;      // 6 k and
+  double* triangle;      // k x k numbers where there is a weight
+  double slack;          // of targets at their bounds
+  double* z;             // k: the answer
+  std::int8_t* state;    // k: -1 at lower, 1 at upper, 0 free; in: where to start
+  double* target;        // k
+  double* work;          // 7 k
+  int* index;            // k
+  int* releases;         // k
+  int iterations;        // factorisations
+  double plain;          // condition number of a Gram matrix up to which its answer is not refined
+  double safe;           // condition number of a Gram matrix up to which rounding decides nothing
+  bool capped;           // the bound on the steps was met
+  bool doubtful;         // rounding may have decided
+  double residual[kStride];  // b - A z
 };
 
 // (W z)_i.
@@ -81,8 +82,8 @@ STILLREACH_INLINE Where<T> lower_than(const ObjectiveOf<T>& a, const ObjectiveOf
 
 // Careful: by singular values in any case.
 template <int M, bool Careful>
-STILLREACH_INLINE void solve_columns(Rows<M> m, const double* columns, const int* index, int count, const double* rhs, const Box& b,
-                                     double* z, Inner& in) {
+STILLREACH_INLINE void solve_columns(Rows<M> m, const double* columns, const int* index, int count, const double* rhs,
+                                     const Box& b, double* z, Inner& in) {
   if (Careful)
     solve_spectral(m, columns, index, count, rhs, b.kappa, b.threshold, b.work, z, in);
   else
@@ -152,10 +153,11 @@ STILLREACH_INLINE bool inside(const Box& b, int j) {
 }
 
 // Moves the free variables towards their targets: all the way with the ones that leave the box stopped at it where that
-// lowers the objective, else up to the first bound that is met. Stopped variables become fixed. freed: the variable freed
-// last, or -1; where its own bound is the one met, at once, what freed it was rounding.
+// lowers the objective, else up to the first bound that is met. Stopped variables become fixed. freed: the variable
+// freed last, or -1; where its own bound is the one met, at once, what freed it was rounding.
 template <int M>
-inline void advance(Rows<M> m, Box& b, const double* rhs, int free, bool first, int freed, double noise, Objective& now) {
+inline void advance(Rows<M> m, Box& b, const double* rhs, int free, bool first, int freed, double noise,
+                    Objective& now) {
   if (first) {
     for (int j = 0; j < free; ++j) {
       const int i = b.index[j];
@@ -220,8 +222,8 @@ STILLREACH_INLINE void consider(const Box& b, int i, double gain, double noise, 
 
 // What its release gains in the norm.
 template <int M>
-STILLREACH_INLINE void consider_norm(Rows<M> m, const Box& b, int i, const double* dual, double dual_size, int most, Release& best,
-                                     bool& wanted) {
+STILLREACH_INLINE void consider_norm(Rows<M> m, const Box& b, int i, const double* dual, double dual_size, int most,
+                                     Release& best, bool& wanted) {
   const double z = weighted(b, b.z, i), gain = b.state[i] * (z - dot(m, b.columns + i * kStride, dual));
   const double slack = 1e-12 * (magnitude(z) + b.length[i] * dual_size);
   if (gain > slack) consider(b, i, gain, slack, most, best, wanted);
@@ -264,8 +266,7 @@ inline int choose_release(Rows<M> m, Box& b, const Inner& in, double rhs_size, b
       if (b.releases[i] >= kMaxReleases) {
         b.doubtful = true;
         wanted |= b.releases[i] != kNever && primary > 100.0 * noise;
-      }
-      else if (primary > first_gain * length) {
+      } else if (primary > first_gain * length) {
         first = i;
         first_gain = primary / length;
       }

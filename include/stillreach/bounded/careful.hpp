@@ -1,7 +1,7 @@
-// The second, careful stage of bounded least squares, where the free columns are nearly dependent: there the residual of
-// the first stage is known too poorly to tell whether a bound should be left. Here every solve is by singular values, the
-// residual is made orthogonal to the free columns, and a bound is left where the angle between the residual and what the
-// free columns leave of the variable's own column says so.
+// The second, careful stage of bounded least squares, where the free columns are nearly dependent: there the residual
+// of the first stage is known too poorly to tell whether a bound should be left. Here every solve is by singular
+// values, the residual is made orthogonal to the free columns, and a bound is left where the angle between the residual
+// and what the free columns leave of the variable's own column says so.
 #pragma once
 
 #include "stillreach/bounded/box.hpp"
@@ -10,14 +10,25 @@ STILLREACH_BEGIN
 
 constexpr int kCarefulReleases = 12;
 
-// Takes out of v what lies along the `count` orthonormal vectors, twice, because once leaves rounding.
+// Takes out of v what lies along the `count` orthonormal vectors, twice, because once leaves rounding; sum: how much
+// that was of each. All products before all differences: none waits for another.
+template <int M, std::size_t Length>
+inline void make_orthogonal(Rows<M> m, const double (*vectors)[Length], int count, double* v, double* sum) {
+  for (int j = 0; j < count; ++j) sum[j] = 0.0;
+  for (int pass = 0; pass < 2; ++pass) {
+    double along[kRows];
+    for (int j = 0; j < count; ++j) {
+      along[j] = dot(m, vectors[j], v);
+      sum[j] += along[j];
+    }
+    for (int j = 0; j < count; ++j)
+      for (int r = 0; r < m(); ++r) v[r] = madd(-along[j], vectors[j][r], v[r]);
+  }
+}
 template <int M, std::size_t Length>
 inline void make_orthogonal(Rows<M> m, const double (*vectors)[Length], int count, double* v) {
-  for (int pass = 0; pass < 2; ++pass)
-    for (int j = 0; j < count; ++j) {
-      const double along = dot(m, vectors[j], v);
-      for (int r = 0; r < m(); ++r) v[r] = madd(-along, vectors[j][r], v[r]);
-    }
+  double sum[kRows];
+  make_orthogonal(m, vectors, count, v, sum);
 }
 
 // As choose_release(), by angles.

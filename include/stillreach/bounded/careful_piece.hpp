@@ -1,13 +1,13 @@
-// The quadratic piece of a priced problem's dual (price.hpp) by the singular values of its free columns: for several parts its matrix, and
-// for one part its maximum.
+// The quadratic piece of a priced problem's dual (price.hpp) by the singular values of its free columns: for several
+// parts its matrix, and for one part its maximum.
 #pragma once
 
 #include "stillreach/bounded/price.hpp"
 
 STILLREACH_BEGIN
 
-// A_F A_F' + diag kappa in the basis of A_F's left singular vectors, where what is large stands apart from what is small: factors of the matrix
-// ordered by its diagonal keep their digits.
+// A_F A_F' + diag kappa in the basis of A_F's left singular vectors, where what is large stands apart from what is
+// small: factors of the matrix ordered by its diagonal keep their digits.
 template <int M>
 struct CarefulPiece {
   Rows<M> m;
@@ -88,10 +88,11 @@ inline double out_of_reach(Rows<M> m, const Spectrum& s, const double* c, double
   return length;
 }
 
-// One part, by singular values: c + outside * rest = (A_F A_F' + kappa) u. From below Newton's steps on 1 / |u| never pass the root.
+// One part, by singular values: c + outside * rest = (A_F A_F' + kappa) u. From below Newton's steps on 1 / |u| never
+// pass the root.
 template <int M>
-inline void solve_secular(Rows<M> m, const Spectrum& s, const double* c, const double* rest, double outside, double most, double& kappa,
-                          double* u) {
+inline void solve_secular(Rows<M> m, const Spectrum& s, const double* c, const double* rest, double outside,
+                          double most, double& kappa, double* u) {
   double g[kRows];
   kappa = outside / most;
   for (int j = 0; j < s.rank; ++j) {
@@ -103,7 +104,8 @@ inline void solve_secular(Rows<M> m, const Spectrum& s, const double* c, const d
     const auto add = [&](double length, double lambda) {
       if (length == 0.0) return;
       const double v = length / (lambda + kappa);
-      square = madd(v, v, square), q += v * v / (lambda + kappa);
+      square = madd(v, v, square);
+      q += v * v / (lambda + kappa);
     };
     for (int j = 0; j < s.rank; ++j) add(g[j], s.sigma[j] * s.sigma[j]);
     add(outside, 0.0);

@@ -1,5 +1,5 @@
-// The rates of a multiplier of a priced problem (price.hpp), the piece of the dual that it is on, and the way along a segment to the dual's
-// greatest value.
+// The rates of a multiplier of a priced problem (price.hpp), the piece of the dual that it is on, and the way along a
+// segment to the dual's greatest value.
 #pragma once
 
 #include "stillreach/bounded/price.hpp"
@@ -8,19 +8,30 @@ STILLREACH_BEGIN
 
 constexpr double kEpsilon = 2e-16;
 
-// Under a full weight W the rates of a multiplier are a bounded problem of their own: z = argmin over the box of z'Wz / 2 - t'z for t in
-// b.target. w.whole: W's factor. b.state: where its search starts, and the bounds it ends at;
-// w.held: what it was.
+// Under a full weight W the rates of a multiplier are a bounded problem of their own: z = argmin over the box of z'Wz /
+// 2 - t'z for t in b.target. w.whole: W's factor. b.state: where its search starts, and the bounds it ends at; w.held:
+// what it was.
 inline STILLREACH_NOINLINE void cut_weighted(Box& b, Workspace& w) {
   const double nothing[kStride] = {0, 0, 0, 0, 0, 0, 0, 0};
   double *centre = w.limit, *zeros = w.shapes;
   for (int i = 0; i < kStride * b.k; ++i) zeros[i] = 0.0;
-  for (int i = 0; i < b.k; ++i) centre[i] = b.target[i], w.held[i] = b.state[i];
+  for (int i = 0; i < b.k; ++i) {
+    centre[i] = b.target[i];
+    w.held[i] = b.state[i];
+  }
   solve_triangle(b.k, w.whole, false, 1, centre);
   solve_triangle(b.k, w.whole, true, 1, centre);
   Box own = b;
-  own.columns = own.length = zeros, own.kappa = 1.0, own.lower = w.other, own.upper = w.extent, own.z = w.second, own.target = w.third;
-  for (int i = 0; i < b.k; ++i) w.other[i] = b.lower[i] - centre[i], w.extent[i] = b.upper[i] - centre[i];
+  own.columns = own.length = zeros;
+  own.kappa = 1.0;
+  own.lower = w.other;
+  own.upper = w.extent;
+  own.z = w.second;
+  own.target = w.third;
+  for (int i = 0; i < b.k; ++i) {
+    w.other[i] = b.lower[i] - centre[i];
+    w.extent[i] = b.upper[i] - centre[i];
+  }
   Inner in;
   solve_box(Rows<0>{1}, nothing, own, in, false);
   b.iterations = own.iterations;
@@ -32,22 +43,12 @@ inline STILLREACH_NOINLINE void cut_weighted(Box& b, Workspace& w) {
 
 // A'u of every variable into b.target, cut to the box into b.z, and what that leaves of rhs into d.residual.
 template <int M>
-inline void rates_of_multiplier(Rows<M> m, const double* rhs, const double* u, Box& b, Workspace& w, Priced& d) {
-  const Pack low = load(u), high = load(u + 4);
-  int i = 0;
-  for (; i + 4 <= b.k; i += 4) {
-    Pack p[4];
-    for (int l = 0; l < 4; ++l) {
-      const double* a = b.columns + (i + l) * kStride;
-      p[l] = madd(load(a + 4), high, load(a) * low);
-    }
-    store(b.target + i, sums(p));
-  }
-  for (; i < b.k; ++i) b.target[i] = dot(m, b.columns + i * kStride, u);
+inline void rates_of_multiplier(Rows<M>, const double* rhs, const double* u, Box& b, Workspace& w, Priced& d) {
+  multiply_columns(b.columns, b.k, u, b.target);
   if (b.weight)
     cut_weighted(b, w);
   else
-    for (i = 0; i < b.k; ++i) b.z[i] = clamp(b.target[i], b.lower[i], b.upper[i]);
+    for (int i = 0; i < b.k; ++i) b.z[i] = clamp(b.target[i], b.lower[i], b.upper[i]);
   residual_of(b.columns, nullptr, b.k, rhs, b.z, d.residual);
 }
 
@@ -63,12 +64,13 @@ template <int M>
 inline void measure_rounding(Rows<M> m, const Box& b, Priced& d) {
   double most = 0.0;
   for (int i = 0; i < b.k; ++i) most = larger(most, magnitude(b.z[i]));
-  d.slack = 1e-15 * d.longest * size_of(m, d.u), d.rounding = kEpsilon * madd(d.longest, most, d.rhs_size);
+  d.slack = 1e-15 * d.longest * size_of(m, d.u);
+  d.rounding = kEpsilon * madd(d.longest, most, d.rhs_size);
   d.noise = madd(d.longest, d.slack, 20.0 * d.rounding);
 }
 
-// The piece at the present multiplier, as states of the variables: what differs from before by no more than rounding stays. Returns
-// whether one has changed.
+// The piece at the present multiplier, as states of the variables: what differs from before by no more than rounding
+// stays. Returns whether one has changed.
 inline bool classify(Box& b, const Workspace& w, double slack) {
   bool changed = false;
   for (int i = 0; i < b.k; ++i) {
@@ -83,8 +85,8 @@ inline bool classify(Box& b, const Workspace& w, double slack) {
   return changed;
 }
 
-// How far along `way` the dual rises from the present multiplier, where its slope is `rise`: from piece to piece, b.state holding the
-// one that is reached. A'u is in b.target, A'way comes into b.work.
+// How far along `way` the dual rises from the present multiplier, where its slope is `rise`: from piece to piece,
+// b.state holding the one that is reached. A'u is in b.target, A'way comes into b.work.
 template <int M>
 inline double scan_pieces(Rows<M> m, const double* way, double rise, Box& b) {
   double *speed = b.work, curvature = 0.0, at = 0.0;
@@ -100,11 +102,15 @@ inline double scan_pieces(Rows<M> m, const double* way, double rise, Box& b) {
       if (b.state[i] == side || speed[i] == 0.0) continue;
       const double bound = (side > 0) == (b.state[i] == 0) ? b.upper[i] : b.lower[i];
       const double there = larger((bound - b.target[i]) / speed[i], at);
-      if (there < nearest) nearest = there, next = i;
+      if (there < nearest) {
+        nearest = there;
+        next = i;
+      }
     }
     const double fall = curvature * (nearest - at);
     if (next < 0 || fall >= rise) return curvature > 0.0 ? smaller(at + rise / curvature, 1.0) : 1.0;
-    rise -= fall, at = nearest;
+    rise -= fall;
+    at = nearest;
     const bool leaves = b.state[next] == 0;
     curvature = larger(madd(leaves ? -speed[next] : speed[next], speed[next], curvature), 0.0);
     b.state[next] = static_cast<std::int8_t>(leaves ? (speed[next] > 0.0 ? 1 : -1) : 0);
@@ -114,8 +120,8 @@ inline double scan_pieces(Rows<M> m, const double* way, double rise, Box& b) {
 
 // The same under a weight, by its slope alone.
 template <int M>
-inline void bracket_top(Rows<M> m, const double* rhs, const double* from, const double* way, double rise, double fall, Box& b, Workspace& w,
-                        Priced& d) {
+inline void bracket_top(Rows<M> m, const double* rhs, const double* from, const double* way, double rise, double fall,
+                        Box& b, Workspace& w, Priced& d) {
   const double enough = 0.1 * rise;
   double low = 0.0, high = 1.0;
   for (int step = 0; step < 50; ++step) {
@@ -124,22 +130,30 @@ inline void bracket_top(Rows<M> m, const double* rhs, const double* from, const 
     rates_of_multiplier(m, rhs, d.u, b, w, d);
     const double slope = dot(m, way, d.residual);
     if (magnitude(slope) <= enough) return;
-    if (slope > 0.0)
-      low = part, rise = slope;
-    else
-      high = part, fall = slope;
+    if (slope > 0.0) {
+      low = part;
+      rise = slope;
+    } else {
+      high = part;
+      fall = slope;
+    }
   }
 }
 
-// From u with its rates towards `next`: all the way, or to where the dual is greatest between them, or nowhere because rounding is all
-// that is left to gain.
+// From u with its rates towards `next`: all the way, or to where the dual is greatest between them, or nowhere because
+// rounding is all that is left to gain.
 enum class Climb { TOP, PARTLY, NOWHERE };
 
 template <int M>
 inline Climb climb(Rows<M> m, const double* rhs, const double* next, bool careful, Box& b, Workspace& w, Priced& d) {
   double from[kStride], way[kStride];
-  for (int r = 0; r < kStride; ++r) from[r] = d.u[r], way[r] = next[r] - from[r], d.u[r] = next[r];
-  const double start = dot(m, way, d.residual), noise = madd(d.noise, size_of(m, way), 1e-15 * size_of(m, next) * size_of(m, d.residual));
+  for (int r = 0; r < kStride; ++r) {
+    from[r] = d.u[r];
+    way[r] = next[r] - from[r];
+    d.u[r] = next[r];
+  }
+  const double start = dot(m, way, d.residual),
+               noise = madd(d.noise, size_of(m, way), 1e-15 * size_of(m, next) * size_of(m, d.residual));
   rates_of_multiplier(m, rhs, d.u, b, w, d);
   const double end = dot(m, way, d.residual);
   if (end >= -larger(0.1 * start, noise)) return Climb::TOP;

@@ -1,33 +1,35 @@
-// How far a ray goes in the polytope of the twists that a box of rates makes: the largest s with fixed + s twist = A z, z in the
-// box. By duality that is the least of h(y) = sum of max(lower a'y, upper a'y) - fixed'y over y with twist'y = 1, a convex function
-// that is linear piece by piece. The search goes down along edges where columns a lie in the plane y stands on, each time as far
-// as h falls, through many pieces at once (the dual simplex method with bound flipping; Kirillova and others, 1979, Maros, 2003).
-// Up to m - 1 columns lie in the plane (the basis), all others are at the bound that is farther along y. Bases are factored anew
-// at each step by orthogonal vectors, so that neither steps nor small singular values pile up errors.
+// How far a ray goes in the polytope of the twists that a box of rates makes: the largest s with fixed + s twist = A z,
+// z in the box. By duality that is the least of h(y) = sum of max(lower a'y, upper a'y) - fixed'y over y with twist'y =
+// 1, a convex function that is linear piece by piece. The search goes down along edges where columns a lie in the plane
+// y stands on, each time as far as h falls, through many pieces at once (the dual simplex method with bound flipping;
+// Kirillova and others, 1979, Maros, 2003). Up to m - 1 columns lie in the plane (the basis), all others are at the
+// bound that is farther along y. Bases are factored by orthogonal vectors, anew from the first column that differs, so
+// that neither steps nor small singular values pile up errors.
 #pragma once
 
 #include "stillreach/bounded/careful.hpp"
 
 STILLREACH_BEGIN
 
-constexpr double kReached = 1e-13;    // relative residual that counts as none
-constexpr double kLeaves = 1e-9;      // part of a column across a plane that is not rounding
-constexpr double kAcross = 1e-13;     // likewise, of the direction of an edge
-constexpr double kMissed = 100.0;     // times rounding, from which on a ray misses
-constexpr double kApart = 1e-6;       // part of a column that the others of a basis leave, for it to start a search
+constexpr double kReached = 1e-13;  // relative residual that counts as none
+constexpr double kLeaves = 1e-9;    // part of a column across a plane that is not rounding
+constexpr double kAcross = 1e-13;   // likewise, of the direction of an edge
+constexpr double kMissed = 100.0;   // times rounding, from which on a ray misses
+constexpr double kApart = 1e-6;     // part of a column that the others of a basis leave, for it to start a search
 
-// The problem and where the search is. Rows of `basis` are unit vectors: of the columns in the plane, what those before leave of
-// each; last of the twist.
+// The problem and where the search is. Rows of `basis` are unit vectors: of the columns in the plane, what those before
+// leave of each; last of the twist.
 struct Ray {
   const double *fixed, *twist, *lower, *upper;  // bounds: k, of z
   int count;                                    // columns in the plane,
   int column[kRows];                            // which,
   double part[kRows];                           // their z,
   double basis[kRows][kStride], triangle[kRows][kRows];
-  double apart;                                 // the least part that one of them is left with by those before it
-  double y[kStride];                            // normal of the plane, twist'y = 1
-  double *slope, *change;                       // k: a'y, and its derivative along the edge
-  double noise;                                 // a length that counts as none
+  int fresh = 0;                      // columns whose vectors are right already
+  double apart;                       // the least part that one of them is left with by those before it
+  double y[kStride];                  // normal of the plane, twist'y = 1
+  double *slope, *change, *distance;  // k: a'y, its derivative along the edge, and how far it is to the end of its side
+  double noise;                       // a length that counts as none
 };
 
 // The residual that counts as none: rounding of the twist, and of the sum of what the joints contribute.
@@ -41,22 +43,18 @@ STILLREACH_INLINE double reached(const Box& b, double scale) {
 template <int M>
 inline void factor_basis(Rows<M> m, const Box& b, Ray& ray) {
   ray.apart = 1.0;
-  for (int j = 0; j <= ray.count; ++j) {
+  for (int j = ray.fresh; j <= ray.count; ++j) {
     const double* a = j < ray.count ? b.columns + ray.column[j] * kStride : ray.twist;
-    double* q = ray.basis[j];
+    double *q = ray.basis[j], along[kRows];
     for (int r = 0; r < kStride; ++r) q[r] = r < m() ? a[r] : 0.0;
-    for (int i = 0; i < j; ++i) ray.triangle[i][j] = 0.0;
-    for (int pass = 0; pass < 2; ++pass)
-      for (int i = 0; i < j; ++i) {
-        const double along = dot(m, ray.basis[i], q);
-        ray.triangle[i][j] += along;
-        for (int r = 0; r < m(); ++r) q[r] = madd(-along, ray.basis[i][r], q[r]);
-      }
+    make_orthogonal(m, ray.basis, j, q, along);
     const double length = size_of(m, q);
+    for (int i = 0; i < j; ++i) ray.triangle[i][j] = along[i];
     ray.triangle[j][j] = length;
     ray.apart = smaller(ray.apart, length / size_of(m, a));
     for (int r = 0; r < m(); ++r) q[r] /= length;
   }
+  ray.fresh = ray.count;
 }
 
 // The plane that stands on the basis and is otherwise as near to y as can be.
@@ -69,11 +67,6 @@ inline void stand(Rows<M> m, Ray& ray) {
     for (int r = 0; r < kStride; ++r) ray.y[r] = 0.0;
   const double last = 1.0 / ray.triangle[rows - 1][rows - 1];
   for (int r = 0; r < m(); ++r) ray.y[r] = madd(last, ray.basis[rows - 1][r], ray.y[r]);
-}
-
-template <int M>
-STILLREACH_INLINE void slopes(Rows<M> m, const Box& b, const double* y, double* slope) {
-  for (int i = 0; i < b.k; ++i) slope[i] = dot(m, b.columns + i * kStride, y);
 }
 
 // What columns at their bounds leave for the basis and the twist to do. Those without a bound give nothing.
@@ -91,24 +84,30 @@ inline void remainder(Rows<M> m, const Box& b, Ray& ray, double* rest) {
   ray.noise = 2.0 * kRounding * largest;
 }
 
-// Goes along the edge `along` for as long as h falls; the column that ends that enters the basis. False: it falls forever, and the
-// search stays where it is.
+// Goes along the edge `along` for as long as h falls; the column that ends that enters the basis. False: it falls
+// forever, and the search stays where it is.
 template <int M>
 inline bool follow(Rows<M> m, Box& b, const double* along, Ray& ray) {
   const double length = size_of(m, along), least = kAcross * length, flat = length * larger(least, ray.noise);
   double fall = length * length;
-  slopes(m, b, along, ray.change);
+  multiply_columns(b.columns, b.k, along, ray.change);
+  for (int i = 0; i < b.k; ++i) {
+    const double towards = -b.state[i] * ray.change[i];
+    const bool stops = towards > 0.0, endless = magnitude(b.state[i] > 0 ? ray.upper[i] : ray.lower[i]) == infinity();
+    const double end = stops                        ? larger(b.state[i] * ray.slope[i], 0.0) / towards
+                       : endless && b.state[i] != 0 ? 0.0
+                                                    : infinity();
+    ray.distance[i] = magnitude(towards) > least * b.length[i] ? end : infinity();
+  }
   double at = 0.0;
   while (true) {
     int next = -1;
     double nearest = infinity();
-    for (int i = 0; i < b.k; ++i) {
-      const double towards = -b.state[i] * ray.change[i];
-      if (!(magnitude(towards) > least * b.length[i])) continue;
-      const bool stops = towards > 0.0, endless = magnitude(b.state[i] > 0 ? ray.upper[i] : ray.lower[i]) == infinity();
-      const double distance = stops ? larger(b.state[i] * ray.slope[i], 0.0) / towards : endless && b.state[i] != 0 ? 0.0 : infinity();
-      if (distance < nearest) nearest = distance, next = i;
-    }
+    for (int i = 0; i < b.k; ++i)
+      if (ray.distance[i] < nearest) {
+        nearest = ray.distance[i];
+        next = i;
+      }
     if (next < 0) {
       for (int i = 0; i < b.k; ++i)
         if (b.state[i] * ray.slope[i] < 0.0) b.state[i] = static_cast<std::int8_t>(-b.state[i]);
@@ -123,6 +122,7 @@ inline bool follow(Rows<M> m, Box& b, const double* along, Ray& ray) {
       return true;
     }
     b.state[next] = static_cast<std::int8_t>(-b.state[next]);
+    ray.distance[next] = infinity();
   }
 }
 
@@ -154,18 +154,21 @@ inline bool leave(Box& b, Ray& ray) {
   for (int j = 0; j < ray.count; ++j) {
     const int i = ray.column[j];
     const double off = larger(ray.part[j] - ray.upper[i], ray.lower[i] - ray.part[j]) * b.length[i];
-    if (off > most) most = off, worst = j;
+    if (off > most) {
+      most = off;
+      worst = j;
+    }
   }
   if (worst < 0) return false;
   const int i = ray.column[worst];
   b.state[i] = ray.part[worst] > ray.upper[i] ? 1 : -1;
-  --ray.count;
+  --ray.count, ray.fresh = worst;
   for (int j = worst; j < ray.count; ++j) ray.column[j] = ray.column[j + 1];
   return true;
 }
 
-// From where the search is to the least h, which is the largest s; infinite where the ray misses the polytope (negative) or
-// does not end (positive). b.state holds the sides, 0 for the basis.
+// From where the search is to the least h, which is the largest s; infinite where the ray misses the polytope
+// (negative) or does not end (positive). b.state holds the sides, 0 for the basis.
 template <int M>
 inline double lower_plane(Rows<M> m, Box& b, Ray& ray) {
   const int most = 4 * b.k + 40;
@@ -181,7 +184,7 @@ inline double lower_plane(Rows<M> m, Box& b, Ray& ray) {
       make_orthogonal(m, ray.basis, ray.count + 1, along);
       const double length = size_of(m, along);
       if (length > ray.noise) {
-        slopes(m, b, ray.y, ray.slope);
+        multiply_columns(b.columns, b.k, ray.y, ray.slope);
         if (follow(m, b, along, ray)) continue;
         if (length > kMissed * ray.noise) return -infinity();
       }
@@ -193,18 +196,20 @@ inline double lower_plane(Rows<M> m, Box& b, Ray& ray) {
   return 0.0;
 }
 
-// Whether a bound is infinite. Then the least of the infinite part of h comes first: with ends of 1 in place of such bounds, and
-// of 0 in place of the others. room: 2 k numbers.
+// Whether a bound is infinite. Then the least of the infinite part of h comes first: with ends of 1 in place of such
+// bounds, and of 0 in place of the others. room: 2 k numbers.
 inline bool endless(const Box& b, double* room) {
   bool any = false;
   for (int i = 0; i < b.k; ++i) {
-    room[i] = b.lower[i] == -infinity() ? -1.0 : 0.0, room[b.k + i] = b.upper[i] == infinity() ? 1.0 : 0.0;
+    room[i] = b.lower[i] == -infinity() ? -1.0 : 0.0;
+    room[b.k + i] = b.upper[i] == infinity() ? 1.0 : 0.0;
     any |= room[i] != 0.0 || room[b.k + i] != 0.0;
   }
   return any;
 }
 
-// Where the search starts: the plane of the basis in `ray`, else the one across `normal`, whose sides every column takes.
+// Where the search starts: the plane of the basis in `ray`, else the one across `normal`, whose sides every column
+// takes.
 template <int M>
 inline void start_ray(Rows<M> m, const double* normal, Box& b, Ray& ray) {
   const double along = dot(m, normal, ray.twist);
@@ -217,33 +222,37 @@ inline void start_ray(Rows<M> m, const double* normal, Box& b, Ray& ray) {
     if (ray.apart > kApart)
       stand(m, ray);
     else
-      ray.count = 0;
+      ray.count = ray.fresh = 0;
   }
-  slopes(m, b, ray.y, ray.slope);
+  multiply_columns(b.columns, b.k, ray.y, ray.slope);
   for (int i = 0; i < b.k; ++i) b.state[i] = ray.slope[i] > 0.0 ? 1 : -1;
   for (int j = 0; j < ray.count; ++j) b.state[ray.column[j]] = 0;
 }
 
-// The largest s, with its z in b.z and the sides of its columns in b.state; infinite where there is none (negative) or no end
-// (positive). normal: of a plane that may be near.
+// The largest s, with its z in b.z and the sides of its columns in b.state; infinite where there is none (negative) or
+// no end (positive). normal: of a plane that may be near.
 template <int M>
 inline STILLREACH_NOINLINE double end_of_ray(Rows<M> m, const double* normal, double* room, Box& b, Ray& ray) {
   start_ray(m, normal, b, ray);
   b.capped = false;
   if (endless(b, room)) {
     const double none[kStride] = {0, 0, 0, 0, 0, 0, 0, 0}, *fixed = ray.fixed;
-    ray.fixed = none, ray.lower = room, ray.upper = room + b.k;
+    ray.fixed = none;
+    ray.lower = room;
+    ray.upper = room + b.k;
     const double s = lower_plane(m, b, ray);
     ray.fixed = fixed;
     if (s > kAcross) return infinity();
   }
-  ray.lower = b.lower, ray.upper = b.upper;
+  ray.lower = b.lower;
+  ray.upper = b.upper;
   const double s = lower_plane(m, b, ray);
   for (int i = 0; i < b.k; ++i) {
     const double z = b.state[i] > 0 ? b.upper[i] : b.lower[i];
     b.z[i] = is_finite(z) ? z : clamp(0.0, b.lower[i], b.upper[i]);
   }
-  for (int j = 0; j < ray.count; ++j) b.z[ray.column[j]] = clamp(ray.part[j], b.lower[ray.column[j]], b.upper[ray.column[j]]);
+  for (int j = 0; j < ray.count; ++j)
+    b.z[ray.column[j]] = clamp(ray.part[j], b.lower[ray.column[j]], b.upper[ray.column[j]]);
   return s;
 }
 

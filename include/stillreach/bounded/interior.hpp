@@ -1,6 +1,6 @@
-// The maximum of one quadratic piece of a priced problem's dual (price.hpp) in the balls of several parts, by a primal-dual
-// interior-point method (Mehrotra, 1992), which needs neither a start nor full rank: (A_F A_F' + diag kappa) u = c and
-// kappa_g room_g = mu with room_g = (Y_g^2 - |u_g|^2) / 2, mu to 0.
+// The maximum of one quadratic piece of a priced problem's dual (price.hpp) in the balls of several parts, by a
+// primal-dual interior-point method (Mehrotra, 1992), which needs neither a start nor full rank: (A_F A_F' + diag
+// kappa) u = c and kappa_g room_g = mu with room_g = (Y_g^2 - |u_g|^2) / 2, mu to 0.
 #pragma once
 
 #include "stillreach/bounded/careful_piece.hpp"
@@ -17,14 +17,14 @@ struct Interior {
   Rows<M> m;
   CarefulPiece<M>& piece;
   Priced& d;
-  double c[kRows], v[kRows];              // c and u in the piece's basis, where small components keep their digits
-  double u[kRows], rest[kRows];           // u, and the error of the first equation in the basis
-  double own[kParts][kRows];              // u_g in the basis,
-  double weighted[kParts][kRows];         // and H^-1 u_g, H = A_F A_F' + diag kappa
+  double c[kRows], v[kRows];       // c and u in the piece's basis, where small components keep their digits
+  double u[kRows], rest[kRows];    // u, and the error of the first equation in the basis
+  double own[kParts][kRows];       // u_g in the basis,
+  double weighted[kParts][kRows];  // and H^-1 u_g, H = A_F A_F' + diag kappa
   double room[kParts];
-  double move[kRows], turn[kRows];        // step of v and of u,
-  double change[kParts];                  // and of kappa
-  double along[kParts], square[kParts];   // room_g falls by along_g far + square_g far^2 / 2
+  double move[kRows], turn[kRows];       // step of v and of u,
+  double change[kParts];                 // and of kappa
+  double along[kParts], square[kParts];  // room_g falls by along_g far + square_g far^2 / 2
 
   inline Interior(Rows<M> rows, CarefulPiece<M>& of, Priced& priced) : m(rows), piece(of), d(priced) {}
 
@@ -95,7 +95,9 @@ struct Interior {
     for (int p = 0; p < d.parts; ++p) {
       if (change[p] < 0.0) far = smaller(far, -d.kappa[p] / change[p]);
       const double twice = 2.0 * larger(room[p], 0.0), root = square_root(madd(along[p], along[p], square[p] * twice));
-      far = smaller(far, along[p] > 0.0 ? twice / (root + along[p]) : square[p] > 0.0 ? (root - along[p]) / square[p] : 1.0);
+      far = smaller(far, along[p] > 0.0    ? twice / (root + along[p])
+                         : square[p] > 0.0 ? (root - along[p]) / square[p]
+                                           : 1.0);
     }
     return far;
   }
@@ -104,7 +106,10 @@ struct Interior {
   inline void advance(double start) {
     double goal[kParts], left[kRows], rows[kRows], turned[kRows];
     piece.refactor(d);
-    for (int p = 0; p < d.parts; ++p) piece.solve_in_basis(own[p], weighted[p]), goal[p] = -product(p, 0.0);
+    for (int p = 0; p < d.parts; ++p) {
+      piece.solve_in_basis(own[p], weighted[p]);
+      goal[p] = -product(p, 0.0);
+    }
     const double mean = mean_product(0.0);
     solve_step(goal, rest);
     const double share = mean_product(longest()) / mean;
@@ -134,7 +139,8 @@ struct Interior {
     into_basis(right, c);
     for (int r = 0; r < m(); ++r) next[r] = 0.0;
     const double start = 2.0 * cost(c);
-    for (int p = 0; p < d.parts; ++p) d.kappa[p] = start / (d.most[p] * d.most[p]);  // then |u_g| <= Y_g / 2, and the products are alike
+    for (int p = 0; p < d.parts; ++p)
+      d.kappa[p] = start / (d.most[p] * d.most[p]);  // then |u_g| <= Y_g / 2, and the products are alike
     if (!(start > 0.0)) return step;
     piece.refactor(d);
     piece.solve_in_basis(c, v);

@@ -1,6 +1,7 @@
-// What a priced problem is (price_search.hpp solves it): of all z in the box those that minimise sum_g Y_g |(b - A z)_g| + |z|^2 / 2,
-// the error of each part g of the rows not squared. Its dual has at most six variables: max over |u_g| <= Y_g of
-// d(u) = b'u + min over the box of |z|^2 / 2 - u'A z, with the rates z(u) = A'u cut to the box and the gradient b - A z(u).
+// What a priced problem is (price_search.hpp solves it): of all z in the box those that minimise sum_g Y_g |(b - A
+// z)_g| + |z|^2 / 2, the error of each part g of the rows not squared. Its dual has at most six variables: max over
+// |u_g| <= Y_g of d(u) = b'u + min over the box of |z|^2 / 2 - u'A z, with the rates z(u) = A'u cut to the box and the
+// gradient b - A z(u).
 #pragma once
 
 #include "stillreach/bounded/careful.hpp"
@@ -67,6 +68,16 @@ STILLREACH_INLINE void spend(Rows<M> m, const Priced& d, double* v) {
     for (int r = 0; r < m(); ++r)
       if (d.part[r] == g) v[r] *= factor;
   }
+}
+
+// On which side a variable is whose rate A'u would be `target`; what differs from before, `was`, by no more than
+// rounding stays.
+template <class T>
+STILLREACH_INLINE T side_of(T was, T target, T lower, T upper, T slack) {
+  const T zero = fill<T>(0.0), over = target - upper, under = lower - target;
+  const T off = select(was > zero, -over, select(was < zero, -under, larger(over, under)));
+  const T now = select(over > zero, fill<T>(1.0), select(under > zero, fill<T>(-1.0), zero));
+  return select(off > slack, now, was);
 }
 
 // v with the rows of part g alone.

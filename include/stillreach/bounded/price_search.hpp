@@ -1,5 +1,6 @@
-// Maximises the dual of a priced problem (price.hpp). Each step takes the quadratic piece at u, that of the variables which are free
-// there, goes to its maximum (trust_region.hpp) and searches along the segment between; a concave function of finitely many pieces.
+// Maximises the dual of a priced problem (price.hpp). Each step takes the quadratic piece at u, that of the variables
+// which are free there, goes to its maximum (trust_region.hpp) and searches along the segment between; a concave
+// function of finitely many pieces.
 #pragma once
 
 #include "stillreach/bounded/climb.hpp"
@@ -7,24 +8,26 @@
 
 STILLREACH_BEGIN
 
-constexpr int kPriceSteps = 60;         // most pieces
-constexpr int kPatience = 20;           // of which without singular values,
-constexpr double kConfirmed = 4.0;      // a gap of so many times what is enough is not rounding
-constexpr int kUndisturbed = 8;         // and before the best answer so far may do
-constexpr double kLoose = 0.02;        // relative error of |u_g| on a piece that may not be the last
-constexpr double kRestRounding = 16.0;  // a right-hand side that no column reaches counts from so many times the rounding
-constexpr double kPieceCondition = 1e8; // condition number of a damped Gram matrix that is trusted
+constexpr int kPriceSteps = 60;     // most pieces
+constexpr int kPatience = 20;       // of which without singular values,
+constexpr double kConfirmed = 4.0;  // a gap of so many times what is enough is not rounding
+constexpr int kUndisturbed = 8;     // and before the best answer so far may do
+constexpr double kLoose = 0.02;     // relative error of |u_g| on a piece that may not be the last
+constexpr double kRestRounding =
+    16.0;  // a right-hand side that no column reaches counts from so many times the rounding
 
-// The free variables from the multiplier by singular values: z = V diag(sigma) U'u. Where sigma is large it comes from the residual instead,
-// because u, which may be large, is rounded.
+// The free variables from the multiplier by singular values: z = V diag(sigma) U'u. Where sigma is large it comes from
+// the residual instead, because u, which may be large, is rounded.
 template <int M>
-inline void careful_rates(Rows<M> m, const Spectrum& s, const double* c, const Priced& d, const double* u, int free, Box& b) {
+inline void careful_rates(Rows<M> m, const Spectrum& s, const double* c, const Priced& d, const double* u, int free,
+                          Box& b) {
   double y[kStride] = {0, 0, 0, 0, 0, 0, 0, 0}, damped[kRows];
   const double u_size = size_of(m, u), c_size = size_of(m, c);
   for (int r = 0; r < m(); ++r) damped[r] = c[r] - d.kappa[d.part[r]] * u[r];
   for (int j = 0; j < s.rank; ++j) {
     const double* left = s.left[j];
-    const double along = u_size * s.sigma[j] * s.sigma[j] > c_size ? dot(m, left, damped) / s.sigma[j] : s.sigma[j] * dot(m, left, u);
+    const double along =
+        u_size * s.sigma[j] * s.sigma[j] > c_size ? dot(m, left, damped) / s.sigma[j] : s.sigma[j] * dot(m, left, u);
     for (int r = 0; r < s.count; ++r) y[r] = madd(along, s.right[j][r], y[r]);
   }
   double* z = b.work + kRows * b.k;
@@ -32,24 +35,29 @@ inline void careful_rates(Rows<M> m, const Spectrum& s, const double* c, const P
   for (int j = 0; j < free; ++j) b.z[b.index[j]] = clamp(z[j], b.lower[b.index[j]], b.upper[b.index[j]]);
 }
 
-// The free variables' columns, whitened where there is a weight. Returns how many; index: null where they lie one behind the other.
+// The free variables' columns, whitened where there is a weight. Returns how many; index: null where they lie one
+// behind the other.
 inline int free_columns(Box& b, const double*& columns, const int*& index) {
   int free = 0;
   for (int i = 0; i < b.k; ++i)
     if (b.state[i] == 0) b.index[free++] = i;
-  columns = b.columns, index = b.index;
+  columns = b.columns;
+  index = b.index;
   if (!b.weight) return free;
   factor_weight(b.k, b.weight, b.index, free, b.triangle);
   for (int j = 0; j < free; ++j)
     for (int r = 0; r < kStride; ++r) b.whitened[j * kStride + r] = b.columns[b.index[j] * kStride + r];
   solve_triangle(free, b.triangle, false, kStride, b.whitened);
-  columns = b.whitened, index = nullptr;
+  columns = b.whitened;
+  index = nullptr;
   return free;
 }
 
-// c of the piece: what the fixed variables leave of rhs; under a weight, where they pull at the free ones, by way of the multiplier.
+// c of the piece: what the fixed variables leave of rhs; under a weight, where they pull at the free ones, by way of
+// the multiplier.
 template <int M>
-inline void piece_target(Rows<M> m, const double* rhs, const double* columns, int free, const Box& b, const Priced& d, double* c) {
+inline void piece_target(Rows<M> m, const double* rhs, const double* columns, int free, const Box& b, const Priced& d,
+                         double* c) {
   for (int r = 0; r < kStride; ++r) c[r] = b.weight ? d.residual[r] : rhs[r];
   if (b.weight)
     for (int j = 0; j < free; ++j) {
@@ -63,7 +71,8 @@ inline void piece_target(Rows<M> m, const double* rhs, const double* columns, in
         for (int r = 0; r < m(); ++r) c[r] = madd(-b.columns[i * kStride + r], b.z[i], c[r]);
 }
 
-// The best multiplier so far: the primal objective of its rates is above the dual's by `gap`, which proves how good they are.
+// The best multiplier so far: the primal objective of its rates is above the dual's by `gap`, which proves how good
+// they are.
 struct Best {
   double gap, enough, u[kStride], kappa[kParts];
 };
@@ -74,10 +83,12 @@ inline void remember(Rows<M> m, const Priced& d, Best& best) {
   part_squares(m, d, d.residual, square);
   for (int g = 0; g < d.parts; ++g) {
     const double cost = d.most[g] * square_root(square[g]);
-    gap += cost, enough += 1e-14 * cost + 8.0 * d.most[g] * d.rounding;
+    gap += cost;
+    enough += 1e-14 * cost + 8.0 * d.most[g] * d.rounding;
   }
   if (!(gap < best.gap)) return;
-  best.gap = gap, best.enough = enough;
+  best.gap = gap;
+  best.enough = enough;
   for (int r = 0; r < kStride; ++r) best.u[r] = d.u[r];
   for (int g = 0; g < d.parts; ++g) best.kappa[g] = d.kappa[g];
 }
@@ -139,7 +150,8 @@ inline void polish(Rows<M> m, const double* rhs, const Factor& f, int free, Box&
   }
 }
 
-// How the error of damped part g changes with its price, at the answer: from |u_h| = Y_h in the damped parts. 0: not known.
+// How the error of damped part g changes with its price, at the answer: from |u_h| = Y_h in the damped parts. 0: not
+// known.
 template <int M>
 inline double error_slope(Rows<M> m, int g, Box& b, const Priced& d) {
   const double* columns;
@@ -152,7 +164,10 @@ inline double error_slope(Rows<M> m, int g, Box& b, const Priced& d) {
   double system[kParts][kParts + 1], x[kParts], own[kRows], w[kRows];
   int damped[kParts], count = 0, at = 0;
   for (int p = 0; p < d.parts; ++p)
-    if (d.kappa[p] > 0.0) at = p == g ? count : at, damped[count++] = p;
+    if (d.kappa[p] > 0.0) {
+      at = p == g ? count : at;
+      damped[count++] = p;
+    }
   for (int c = 0; c < count; ++c) {
     only_part(m, d, damped[c], d.u, own);
     piece.apply_inverse(own, w);
@@ -165,16 +180,19 @@ inline double error_slope(Rows<M> m, int g, Box& b, const Priced& d) {
   return eliminate(count, system, x) ? madd(d.most[g], x[at], d.kappa[g]) : 0.0;
 }
 
-// From the multiplier in d.u, which is in its balls, with d.kappa nearby, to the answer in b.z. known: it may be on the last piece
-// already. first: null, or where the first step goes. b.capped: too many pieces.
+// From the multiplier in d.u, which is in its balls, with d.kappa nearby, to the answer in b.z. known: it may be on the
+// last piece already. first: null, or where the first step goes. b.capped: too many pieces.
 template <int M>
-inline void search_price(Rows<M> m, const double* rhs, bool known, const double* first, Box& b, Workspace& w, Priced& d) {
+inline void search_price(Rows<M> m, const double* rhs, bool known, const double* first, Box& b, Workspace& w,
+                         Priced& d) {
   bool careful = false, settled = false;
   for (int i = 0; i < b.k; ++i) b.state[i] = 0;
-  b.capped = false, d.rejected = 0;
+  b.capped = false;
+  d.rejected = 0;
   Best best{infinity(), 0.0, {}, {}};
   if (b.weight) factor_weight(b.k, b.weight, nullptr, b.k, w.whole);
-  d.rhs_size = size_of(m, rhs), d.longest = longest_column(m, b);
+  d.rhs_size = size_of(m, rhs);
+  d.longest = longest_column(m, b);
   rates_of_multiplier(m, rhs, d.u, b, w, d);
   classify(b, w, 0.0);
   for (int step = 0; step < kPriceSteps; ++step) {
@@ -213,7 +231,8 @@ inline void search_price(Rows<M> m, const double* rhs, bool known, const double*
     const bool same = climbed == Climb::TOP && !classify(b, w, d.slack), tight = same && d.excess <= kTight;
     if (tight && (settled || piece.condition < kPlainCondition)) return polish(m, rhs, f, free, b, w, d);
     careful |= tight && !(piece.condition < kPieceCondition);
-    known = same || climbed == Climb::NOWHERE, settled = tight;
+    known = same || climbed == Climb::NOWHERE;
+    settled = tight;
   }
   // Pieces that rounding chooses, one after the other.
   for (int r = 0; r < kStride; ++r) d.u[r] = best.u[r];

@@ -1,13 +1,13 @@
-// The quadratic piece of a priced problem's dual (price.hpp) in its balls: (A_F A_F' + diag kappa) u = c with kappa_g = 0 or |u_g| = Y_g,
-// by Newton's method on 1 / |u_g| as a function of kappa (More and Sorensen, 1983), one factorisation a step.
+// The quadratic piece of a priced problem's dual (price.hpp) in its balls: (A_F A_F' + diag kappa) u = c with kappa_g =
+// 0 or |u_g| = Y_g, by Newton's method on 1 / |u_g| as a function of kappa (More and Sorensen, 1983), one factorisation
+// a step.
 #pragma once
 
-#include "stillreach/bounded/price.hpp"
+#include "stillreach/bounded/one_price.hpp"
 
 STILLREACH_BEGIN
 
 constexpr int kRegionSteps = 40;
-constexpr double kTight = 4e-15;  // relative error of |u_g| that is rounding
 
 // A_F A_F' + diag kappa by its Gram matrix.
 template <int M>
@@ -18,7 +18,10 @@ struct GramPiece {
   double trace, condition;
 
   STILLREACH_INLINE GramPiece(Rows<M> rows, Factor& gram) : m(rows), f(gram), trace(0.0), condition(0.0) {
-    for (int r = 0; r < m(); ++r) diagonal[r] = f.gram[r][r], trace += diagonal[r];
+    for (int r = 0; r < m(); ++r) {
+      diagonal[r] = f.gram[r][r];
+      trace += diagonal[r];
+    }
   }
   // False where it is singular, or nearly; it has a little more damping then.
   STILLREACH_INLINE bool refactor(const Priced& d) {
@@ -42,8 +45,8 @@ struct GramPiece {
   }
 };
 
-// Solves the count x count system in H, positive definite but for factors of its rows, with the right-hand side in its last column.
-// False: it is singular.
+// Solves the count x count system in H, positive definite but for factors of its rows, with the right-hand side in its
+// last column. False: it is singular.
 inline bool eliminate(int count, double (*H)[kParts + 1], double* x) {
   for (int a = 0; a < count; ++a) {
     if (!(H[a][a] > 0.0)) return false;
@@ -61,16 +64,17 @@ inline bool eliminate(int count, double (*H)[kParts + 1], double* x) {
   return true;
 }
 
-// Newton's step of kappa towards |u_g| = Y_g in the active parts, on 1 / |u_g|, from the multiplier v at the factored kappa. A part whose
-// kappa would fall below 0 (or far, while its |u_g| is too large) goes there, and the others are asked again. alone: steps of each
-// part by itself, which from below are safe.
+// Newton's step of kappa towards |u_g| = Y_g in the active parts, on 1 / |u_g|, from the multiplier v at the factored
+// kappa. A part whose kappa would fall below 0 (or far, while its |u_g| is too large) goes there, and the others are
+// asked again. alone: steps of each part by itself, which from below are safe.
 template <int M>
-inline void newton_step(Rows<M> m, const GramPiece<M>& piece, const Priced& d, const bool* active, const double* size, const double* v,
-                        double* step, double* alone) {
+inline void newton_step(Rows<M> m, const GramPiece<M>& piece, const Priced& d, const bool* active, const double* size,
+                        const double* v, double* step, double* alone) {
   double H[kParts][kParts], right[kParts], own[kRows], w[kRows];
   bool open[kParts];
   for (int g = 0; g < d.parts; ++g) {
-    step[g] = alone[g] = 0.0, open[g] = active[g];
+    step[g] = alone[g] = 0.0;
+    open[g] = active[g];
     if (!active[g]) continue;
     only_part(m, d, g, v, own);
     piece.apply_inverse(own, w);
@@ -99,14 +103,20 @@ inline void newton_step(Rows<M> m, const GramPiece<M>& piece, const Priced& d, c
       step[index[a]] = x[a];
       const int g = index[a];
       const double least = size[g] < d.most[g] * (1.0 - 1e-9) ? 0.0 : 0.2 * d.kappa[g], kappa = d.kappa[g] + x[a];
-      if (kappa < least && (lowest < 0 || kappa - least < below)) lowest = g, below = kappa - least, limit = least;
+      if (kappa < least && (lowest < 0 || kappa - least < below)) {
+        lowest = g;
+        below = kappa - least;
+        limit = least;
+      }
     }
     if (lowest < 0) return;
-    open[lowest] = false, step[lowest] = limit - d.kappa[lowest];
+    open[lowest] = false;
+    step[lowest] = limit - d.kappa[lowest];
   }
 }
 
-// The multiplier of the piece with damping kappa, from u and its residual, and how far each |next_g| is from Y_g. False: singular.
+// The multiplier of the piece with damping kappa, from u and its residual, and how far each |next_g| is from Y_g.
+// False: singular.
 template <int M>
 inline bool damped_multiplier(Rows<M> m, GramPiece<M>& piece, Priced& d, double* next, double* size, bool* active) {
   double g[kRows] = {};
@@ -125,8 +135,8 @@ inline bool damped_multiplier(Rows<M> m, GramPiece<M>& piece, Priced& d, double*
   return regular;
 }
 
-// One part: to the maximum `next` of the piece, |next| right up to `tolerance`. Leaves kappa, and the piece factored with it. Returns
-// the number of factorisations.
+// One part: to the maximum `next` of the piece, |next| right up to `tolerance`. Leaves kappa, and the piece factored
+// with it. Returns the number of factorisations.
 template <int M>
 inline int trust_region(Rows<M> m, GramPiece<M>& piece, Priced& d, double tolerance, double* next) {
   double size[kParts], step[kParts], alone[kParts], above = 0.0, below = infinity();
@@ -138,14 +148,15 @@ inline int trust_region(Rows<M> m, GramPiece<M>& piece, Priced& d, double tolera
     (size[0] > d.most[0] ? above : below) = old;
     newton_step(m, piece, d, active, size, next, step, alone);
     double kappa = old + step[0];
-    if (above > 0.0 && below < infinity() && !(kappa > above && kappa < below)) kappa = square_root(above) * square_root(below);
+    if (above > 0.0 && below < infinity() && !(kappa > above && kappa < below))
+      kappa = square_root(above) * square_root(below);
     d.kappa[0] = larger(kappa, 0.0);
     if (d.kappa[0] == old) return count;
   }
 }
 
-// Several parts: Newton's steps of all kappa together, halved where they do not lower h = c'next / 2 + sum kappa_g Y_g^2 / 2, which is
-// convex in kappa and least at the maximum. Leaves d.excess infinite where they do not settle.
+// Several parts: Newton's steps of all kappa together, halved where they do not lower h = c'next / 2 + sum kappa_g
+// Y_g^2 / 2, which is convex in kappa and least at the maximum. Leaves d.excess infinite where they do not settle.
 template <int M>
 inline int trust_regions(Rows<M> m, GramPiece<M>& piece, Priced& d, double tolerance, double* next) {
   double size[kParts], step[kParts] = {}, alone[kParts], old[kParts], c[kRows], lowest = infinity(), last = infinity();
@@ -164,7 +175,8 @@ inline int trust_regions(Rows<M> m, GramPiece<M>& piece, Priced& d, double toler
     if (regular && (d.excess <= tolerance || (d.excess < 1e-8 && d.excess > 0.5 * last))) return count;
     last = d.excess;
     if (regular && h <= lowest + 1e-12 * magnitude(h)) {
-      lowest = smaller(h, lowest), halved = 0;
+      lowest = smaller(h, lowest);
+      halved = 0;
       newton_step(m, piece, d, active, size, next, step, alone);
       for (int p = 0; p < d.parts; ++p) old[p] = d.kappa[p];
     } else {

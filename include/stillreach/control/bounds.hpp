@@ -10,7 +10,8 @@ STILLREACH_BEGIN
 // Largest rate towards a position limit `room` away: not past it in one period, and with an acceleration limit not past
 // it when braking from there, tick by tick. From v = (k + f) a period, k whole and 0 <= f < 1, that takes
 // a period^2 (k (k + 1) / 2 + (k + 1) f); this is its inverse (for period -> 0 the curve sqrt(2 a room)). With uneven
-// periods later ticks may brake in smaller steps, down to continuously: v period + v^2 / (2 a) is enough for any of them.
+// periods later ticks may brake in smaller steps, down to continuously: v period + v^2 / (2 a) is enough for any of
+// them.
 STILLREACH_INLINE double approach_rate(double room, double period, double acceleration, bool uneven) {
   if (!(room > 0.0)) return 0.0;
   const double stop = room / period, step = acceleration * period;
@@ -25,8 +26,8 @@ STILLREACH_INLINE double approach_rate(double room, double period, double accele
   return step * (0.5 * k + x / (k + 1.0));
 }
 
-// A limit that was changed while the loop runs: where the joint is too fast for it, it brakes as hard as its acceleration
-// limit allows. False where the limit is kept already.
+// A limit that was changed while the loop runs: where the joint is too fast for it, it brakes as hard as its
+// acceleration limit allows. False where the limit is kept already.
 STILLREACH_INLINE bool close_in(double slowest, double fastest, double& lower, double& upper) {
   const bool closing = upper < slowest || lower > fastest;
   if (upper < slowest) upper = slowest;
@@ -44,31 +45,26 @@ STILLREACH_INLINE Left left_by(const Fault& fault, double lower, double upper) {
   Left left{lower, upper, -infinity(), infinity()};
   const double first = fault.number[0];
   switch (fault.health) {
-    case Health::HEALTHY:
-      break;
-    case Health::LOCKED:
-      left.lower = left.upper = 0.0;
-      break;
+    case Health::HEALTHY: break;
+    case Health::LOCKED: left.lower = left.upper = 0.0; break;
     case Health::DERATED:
       left.lower = first > 0.0 ? first * lower : 0.0;  // not 0 * inf
       left.upper = first > 0.0 ? first * upper : 0.0;
       break;
-    case Health::RUNAWAY:
-      left.lower = left.upper = first;
-      break;
+    case Health::RUNAWAY: left.lower = left.upper = first; break;
     case Health::CONFINED:
       left.range_lower = first;
       left.range_upper = fault.number[1];
       break;
-    case Health::ONE_WAY:
-      (first > 0.0 ? left.lower : left.upper) = 0.0;
-      break;
+    case Health::ONE_WAY: (first > 0.0 ? left.lower : left.upper) = 0.0; break;
   }
   return left;
 }
 
 // Whether a fault's bounds change with the joint's position.
-STILLREACH_INLINE bool has_range(const Left& left) { return left.range_lower > -infinity() || left.range_upper < infinity(); }
+STILLREACH_INLINE bool has_range(const Left& left) {
+  return left.range_lower > -infinity() || left.range_upper < infinity();
+}
 
 // Whether a joint works: its fault leaves it a choice, whatever its limits.
 STILLREACH_INLINE bool works(const Fault& fault) {
@@ -76,7 +72,8 @@ STILLREACH_INLINE bool works(const Fault& fault) {
   return left.lower < left.upper;
 }
 
-// The positions that a joint may take by its limits and its fault; `lower` is above `upper` where they exclude each other.
+// The positions that a joint may take by its limits and its fault; `lower` is above `upper` where they exclude each
+// other.
 struct Range {
   double lower, upper;
 };
@@ -94,8 +91,8 @@ STILLREACH_INLINE double largest_rate(const Fault& fault, double lower, double u
 // Whether a fault moves its joint at a rate that nobody chooses.
 STILLREACH_INLINE bool runs_away(const Fault& fault) { return !works(fault) && left_by(fault, -1.0, 1.0).lower != 0.0; }
 
-// Narrows the bounds of joint i to `down` and `up`. False where there is no rate in both: then the bounds stand, and the joint takes the
-// one that is nearer.
+// Narrows the bounds of joint i to `down` and `up`. False where there is no rate in both: then the bounds stand, and
+// the joint takes the one that is nearer.
 STILLREACH_INLINE bool narrow(ControllerState& c, int i, double down, double up, Reason reason) {
   if (up < c.lower[i]) {
     c.upper[i] = c.lower[i];
@@ -118,9 +115,11 @@ STILLREACH_INLINE bool narrow(ControllerState& c, int i, double down, double up,
   return true;
 }
 
-// Narrows the bounds of joint i to the acceleration window around its last rate. False where there is no rate in both: the bounds stand.
+// Narrows the bounds of joint i to the acceleration window around its last rate. False where there is no rate in both:
+// the bounds stand.
 STILLREACH_INLINE bool narrow_to_window(ControllerState& c, int i, double slowest, double fastest, double step) {
-  // A joint that brakes along the curve has one rate left up to rounding, to either side: that is no contradiction, and no room.
+  // A joint that brakes along the curve has one rate left up to rounding, to either side: that is no contradiction, and
+  // no room.
   const double slack = 1e-9 * step;
   if (slowest > c.upper[i] - slack) {
     c.lower[i] = c.upper[i];
@@ -135,8 +134,8 @@ STILLREACH_INLINE bool narrow_to_window(ControllerState& c, int i, double slowes
   return narrow(c, i, slowest, fastest, Reason::ACCELERATION);
 }
 
-// Bounds of joint i at position q (a NaN: its position limits cannot be kept). False where a limit had to be given up: the
-// position limit for rate limits that leave out 0 (a batch's may), or the acceleration limit.
+// Bounds of joint i at position q (a NaN: its position limits cannot be kept). False where a limit had to be given up:
+// the position limit for rate limits that leave out 0 (a batch's may), or the acceleration limit.
 STILLREACH_INLINE bool joint_bounds(ControllerState& c, int i, const Fault& fault, double q) {
   const Left left = left_by(fault, c.rate_lower[i], c.rate_upper[i]);
   double& lower = c.lower[i];
@@ -171,8 +170,8 @@ STILLREACH_INLINE bool joint_bounds(ControllerState& c, int i, const Fault& faul
   return kept;
 }
 
-// joint_bounds(), and what it adds to the tick's status: LIMIT_GIVEN_UP, or SATURATED where limits, and not a fault, leave the
-// joint one rate.
+// joint_bounds(), and what it adds to the tick's status: LIMIT_GIVEN_UP, or SATURATED where limits, and not a fault,
+// leave the joint one rate.
 STILLREACH_INLINE std::int32_t limit_joint(ControllerState& c, int i, const Fault& fault, double q) {
   const bool kept = joint_bounds(c, i, fault, q);
   return (kept ? OK : LIMIT_GIVEN_UP) | (!(c.lower[i] < c.upper[i]) && works(fault) ? SATURATED : OK);

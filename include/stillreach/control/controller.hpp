@@ -2,11 +2,11 @@
 #pragma once
 
 #include "stillreach/control/bounds.hpp"
+#include "stillreach/control/null_motion.hpp"
+#include "stillreach/control/tracking.hpp"
 #include "stillreach/kinematics/frames.hpp"
 #include "stillreach/kinematics/kinematics.hpp"
 #include "stillreach/laws/law.hpp"
-#include "stillreach/control/null_motion.hpp"
-#include "stillreach/control/tracking.hpp"
 
 STILLREACH_BEGIN
 
@@ -79,7 +79,8 @@ inline void brake(ControllerState& c, const double* q, Answer& out) {
 
 // The tick without its memory. twist: 6, base axes. target: 12 numbers (rotation by columns, translation) to close the
 // loop on, or null.
-inline void evaluate(ControllerState& c, const double* q, const double* twist, const double* target, Workspace& w, Answer& out) {
+inline void evaluate(ControllerState& c, const double* q, const double* twist, const double* target, Workspace& w,
+                     Answer& out) {
   const int n = c.arm.n;
   double doubt = doubt_in(q, n) + doubt_in(twist, 6) + (target ? doubt_in(target, 12) : 0.0);
   STILLREACH_LIBRARY(memcpy)(out.active, c.active, to_size(n));
@@ -126,7 +127,8 @@ inline void commit(ControllerState& c, const double* rates, const std::int8_t* a
   c.transition = c.transition > 0.0 ? larger(c.transition - c.period * c.transition_rate, 0.0) : 0.0;
 }
 
-inline void tick(ControllerState& c, const double* q, const double* twist, const double* target, Workspace& w, Answer& out) {
+inline void tick(ControllerState& c, const double* q, const double* twist, const double* target, Workspace& w,
+                 Answer& out) {
   evaluate(c, q, twist, target, w, out);
   commit(c, out.rates, out.active);
 }

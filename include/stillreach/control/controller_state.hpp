@@ -8,33 +8,33 @@ namespace stillreach {
 // Which limits of a joint were changed while the loop runs: they close in within its acceleration limit.
 enum Closing : std::int8_t { CLOSING_RATE = 1, CLOSING_POSITION = 2 };
 
-#define STILLREACH_NULL_MOTION_KIND(X)                                \
-  X(NONE, "No reference rates.")                                     \
-  X(RATES, "The given rates.")                                       \
-  X(POSTURE, "Towards a posture.")                                   \
-  X(CENTRING, "Towards the middle of the position limits.")          \
-  X(MANIPULABILITY, "Away from singularities.")                      \
+#define STILLREACH_NULL_MOTION_KIND(X)                      \
+  X(NONE, "No reference rates.")                            \
+  X(RATES, "The given rates.")                              \
+  X(POSTURE, "Towards a posture.")                          \
+  X(CENTRING, "Towards the middle of the position limits.") \
+  X(MANIPULABILITY, "Away from singularities.")             \
   X(GRADIENT, "Along a given gradient.")
 enum class NullMotionKind : int { STILLREACH_NULL_MOTION_KIND(STILLREACH_MEMBER) };
 
 struct ControllerState {
   // told once
-  ArmView arm;             // with the task's tool
+  ArmView arm;  // with the task's tool
   LawSettings law;
-  Metric metric;           // of the m task rows
+  Metric metric;  // of the m task rows
   int m;
-  int rows[6];             // which of [v; w]
-  int tool_axes;           // rows are taken along the tool's axes instead of the base's
-  int every_row;           // six rows along base axes: no selection needed
-  int constant_bounds;     // no position or acceleration limits: bounds change with faults only
-  double period;           // [s] for which the rates are held
-  int uneven = 0;          // 1: later periods may be shorter than this one
-  const double* rate_lower;         // n each
+  int rows[6];               // which of [v; w]
+  int tool_axes;             // rows are taken along the tool's axes instead of the base's
+  int every_row;             // six rows along base axes: no selection needed
+  int constant_bounds;       // no position or acceleration limits: bounds change with faults only
+  double period;             // [s] for which the rates are held
+  int uneven = 0;            // 1: later periods may be shorter than this one
+  const double* rate_lower;  // n each
   const double* rate_upper;
   const double* position_lower;
   const double* position_upper;
   const double* acceleration;
-  double speed = 1.0;      // fraction of the command and of the reference rates; the rate limits already contain it
+  double speed = 1.0;  // fraction of the command and of the reference rates; the rate limits already contain it
   const std::int8_t* rotary = nullptr;  // n: 1 where a whole turn leads back to the same pose; or null: no joint
   double return_rate;      // [rad/s or m/s] at which joints outside their position limits are asked back; 0: not asked
   double transition_rate;  // [1/s] at which the reference returns from the last rates to the null motion after a fault
@@ -43,35 +43,35 @@ struct ControllerState {
   double track_angular;    // and [rad/s]
   NullMotionKind null_kind;
   double null_gain;
-  double null_largest;     // largest rate that a null motion asks for
+  double null_largest;        // largest rate that a null motion asks for
   const double* null_vector;  // n: rates, posture or gradient, by kind
 
   // what is broken
-  Fault* faults;           // n
+  Fault* faults;                   // n
   std::int8_t* closing = nullptr;  // n, Closing; or null: the limits do not change
 
   // what happened
-  double* last;            // n: last commanded rates
-  double* anchor;          // n: those when a joint last failed or was restored
-  std::int8_t* active;     // n: bounds active a tick ago, as in Answer::active
-  int bounds_stand;        // with constant_bounds: they are computed and no fault came since
+  double* last;                // n: last commanded rates
+  double* anchor;              // n: those when a joint last failed or was restored
+  std::int8_t* active;         // n: bounds active a tick ago, as in Answer::active
+  int bounds_stand;            // with constant_bounds: they are computed and no fault came since
   std::int32_t bounds_status;  // what the bounds add to the tick's status: see bounds_of()
-  Multiplier multiplier;   // LeastError's a tick ago
-  double typical;          // typical_rate() of the working joints' rate limits
-  double transition;       // 1 just after a fault, falls to 0
+  Multiplier multiplier;       // LeastError's a tick ago
+  double typical;              // typical_rate() of the working joints' rate limits
+  double transition;           // 1 just after a fault, falls to 0
 
   // this tick
-  double* jacobian;        // 6 n, all rows, base axes
-  double* task_jacobian;   // m n: the selected rows (the same memory as `jacobian` when every_row)
-  double* lower;           // n
-  double* upper;           // n
+  double* jacobian;           // 6 n, all rows, base axes
+  double* task_jacobian;      // m n: the selected rows (the same memory as `jacobian` when every_row)
+  double* lower;              // n
+  double* upper;              // n
   std::int8_t* lower_reason;  // n, Reason
   std::int8_t* upper_reason;  // n
-  double* reference;       // n
-  double* scratch;         // 10 n
-  double pose[12];         // rotation by columns, translation
-  double command[6];       // the twist asked for, corrections included, base axes
-  double twist[6];         // its m task rows
+  double* reference;          // n
+  double* scratch;            // 10 n
+  double pose[12];            // rotation by columns, translation
+  double command[6];          // the twist asked for, corrections included, base axes
+  double twist[6];            // its m task rows
 };
 
 }  // namespace stillreach

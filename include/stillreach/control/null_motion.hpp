@@ -16,20 +16,23 @@ STILLREACH_INLINE void rows_to_base(Rows<M> m, const ControllerState& c, const d
   for (int r = 0; r < m(); ++r) v[c.rows[r]] = task[r];
   for (int h = 0; h < 6; h += 3)
     for (int i = 0; i < 3; ++i)
-      base[h + i] = c.tool_axes ? madd(c.pose[i], v[h], madd(c.pose[3 + i], v[h + 1], c.pose[6 + i] * v[h + 2])) : v[h + i];
+      base[h + i] =
+          c.tool_axes ? madd(c.pose[i], v[h], madd(c.pose[3 + i], v[h + 1], c.pose[6 + i] * v[h + 2])) : v[h + i];
 }
 
 // Gradient of ln sqrt(det(J J')) of the weighted task Jacobian over the working joints (Yoshikawa, 1985), analytically:
 // d ln w / dq_k = sum_j (dJ_j / dq_k) . (J^+)_j, with dJ_j/dq_k = w_k x J_j for k <= j and [w_j x v_k; 0] for k > j, so
 // that one suffix and one prefix sum give all n components.
 template <int M>
-inline void manipulability_gradient(Rows<M> m, const ControllerState& c, const double* q, Workspace& w, double* gradient) {
+inline void manipulability_gradient(Rows<M> m, const ControllerState& c, const double* q, Workspace& w,
+                                    double* gradient) {
   double* force = c.scratch;  // 6 n: row j of J^+ in base axes
   int k = 0;
   for (int i = 0; i < c.arm.n; ++i) {
     gradient[i] = 0.0;
     if (!(c.lower[i] < c.upper[i])) continue;
-    weighted_column(m, c.metric.rows, c.task_jacobian + i * m(), c.metric.columns ? c.metric.columns[i] : 1.0, w.columns + k * kStride);
+    weighted_column(m, c.metric.rows, c.task_jacobian + i * m(), c.metric.columns ? c.metric.columns[i] : 1.0,
+                    w.columns + k * kStride);
     w.joint[k++] = i;
   }
   if (k < m()) return;  // no redundancy left: det(J J') is 0 in every pose
@@ -87,25 +90,23 @@ constexpr double kSaddlePush = 1e-2;  // of the largest null rate: leaves exact 
 STILLREACH_INLINE double way_to(const ControllerState& c, int i, double straight) {
   const Range range = range_of(c, i);
   const bool endless = c.rotary && c.rotary[i] && range.lower == -infinity() && range.upper == infinity();
-  return endless && magnitude(straight) > kHalfTurn ? STILLREACH_LIBRARY(remainder)(straight, 2.0 * kHalfTurn) : straight;
+  return endless && magnitude(straight) > kHalfTurn ? STILLREACH_LIBRARY(remainder)(straight, 2.0 * kHalfTurn)
+                                                    : straight;
 }
 
 // What the null motion asks of joint i; gradient: of the manipulability.
 STILLREACH_INLINE double null_rate(const ControllerState& c, int i, const double* q, const double* gradient) {
   switch (c.null_kind) {
-    case NullMotionKind::NONE:
-      return 0.0;
+    case NullMotionKind::NONE: return 0.0;
     case NullMotionKind::RATES:
-    case NullMotionKind::GRADIENT:
-      return c.null_gain * c.null_vector[i];
-    case NullMotionKind::POSTURE:
-      return c.null_gain * way_to(c, i, c.null_vector[i] - q[i]);
+    case NullMotionKind::GRADIENT: return c.null_gain * c.null_vector[i];
+    case NullMotionKind::POSTURE: return c.null_gain * way_to(c, i, c.null_vector[i] - q[i]);
     case NullMotionKind::CENTRING: {
       const Range range = range_of(c, i);
-      return is_finite(range.lower) && is_finite(range.upper) ? c.null_gain * (0.5 * (range.lower + range.upper) - q[i]) : 0.0;
+      return is_finite(range.lower) && is_finite(range.upper) ? c.null_gain * (0.5 * (range.lower + range.upper) - q[i])
+                                                              : 0.0;
     }
-    case NullMotionKind::MANIPULABILITY:
-      return c.null_gain * gradient[i];
+    case NullMotionKind::MANIPULABILITY: return c.null_gain * gradient[i];
   }
   return 0.0;
 }

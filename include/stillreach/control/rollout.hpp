@@ -40,8 +40,8 @@ inline void record_tick(const ControllerState& c, const double* q, const Answer&
 }
 
 // Rates of the later stages of fourth-order Runge-Kutta, added up into the mean rate over the tick. stage: 3 n numbers.
-inline void runge_kutta(ControllerState& c, const double* q, const double* twists, const double* targets, Workspace& w, Answer& a,
-                        double* stage, double* mean) {
+inline void runge_kutta(ControllerState& c, const double* q, const double* twists, const double* targets, Workspace& w,
+                        Answer& a, double* stage, double* mean) {
   const int n = c.arm.n;
   double *at = stage, *rates = stage + n;
   double* answer = a.rates;
@@ -61,10 +61,11 @@ inline void runge_kutta(ControllerState& c, const double* q, const double* twist
 
 // steps ticks from q (n, moved along). stages 1: Euler, one command and one target a tick; 2: fourth-order Runge-Kutta
 // with rates from the law at each of its stages, commands and targets at every half tick (2 steps + 1 of them).
-// targets: 12 numbers each, or null. advance: false records and remembers, and leaves q where it is. scratch: 4 n numbers,
-// scratch_active: n.
-inline void rollout(ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages, bool advance,
-                    Workspace& w, Answer& a, double* scratch, std::int8_t* scratch_active, const Record& to) {
+// targets: 12 numbers each, or null. advance: false records and remembers, and leaves q where it is. scratch: 4 n
+// numbers, scratch_active: n.
+inline void rollout(ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages,
+                    bool advance, Workspace& w, Answer& a, double* scratch, std::int8_t* scratch_active,
+                    const Record& to) {
   const int n = c.arm.n;
   double* mean = scratch;
   for (long t = 0; t < steps; ++t) {

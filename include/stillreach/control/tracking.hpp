@@ -7,7 +7,8 @@
 
 namespace stillreach {
 
-constexpr double kRigid = 1e-5;  // how far an entry may be from the nearest rigid transform's: float32, or five decimals
+constexpr double kRigid =
+    1e-5;  // how far an entry may be from the nearest rigid transform's: float32, or five decimals
 
 }  // namespace stillreach
 
@@ -29,14 +30,16 @@ inline double off_rotation(const double* R, double* E) {
 inline bool nearest_rotation(double* R) {
   double E[9], near[9];
   const double off = off_rotation(R, E);
-  const double det = R[0] * (R[4] * R[8] - R[5] * R[7]) - R[3] * (R[1] * R[8] - R[2] * R[7]) + R[6] * (R[1] * R[5] - R[2] * R[4]);
+  const double det =
+      R[0] * (R[4] * R[8] - R[5] * R[7]) - R[3] * (R[1] * R[8] - R[2] * R[7]) + R[6] * (R[1] * R[5] - R[2] * R[4]);
   if (!(off <= 36.0 * kRigid) || !(det > 0.0)) return false;  // 9 entries of at most 4 kRigid
   if (off <= 1e-12) return true;
   for (int k = 0; k < 9; ++k) near[k] = R[k];
   for (int step = 0; step < 2; ++step) {
     double next[9];
     for (int a = 0; a < 3; ++a)
-      for (int r = 0; r < 3; ++r) next[3 * a + r] = near[3 * a + r] - 0.5 * (E[a] * near[r] + E[3 + a] * near[3 + r] + E[6 + a] * near[6 + r]);
+      for (int r = 0; r < 3; ++r)
+        next[3 * a + r] = near[3 * a + r] - 0.5 * (E[a] * near[r] + E[3 + a] * near[3 + r] + E[6 + a] * near[6 + r]);
     for (int k = 0; k < 9; ++k) near[k] = next[k];
     off_rotation(near, E);
   }
@@ -46,8 +49,8 @@ inline bool nearest_rotation(double* R) {
   return true;
 }
 
-// A row-major 4 x 4 matrix as a pose (12 numbers: rotation by columns, translation), with the nearest rotation. False: it
-// is not finite, or no rigid transform is within kRigid of it.
+// A row-major 4 x 4 matrix as a pose (12 numbers: rotation by columns, translation), with the nearest rotation. False:
+// it is not finite, or no rigid transform is within kRigid of it.
 inline bool read_pose(const double* T, double* pose) {
   bool right = true;
   for (int c = 0; c < 4; ++c) {
@@ -96,7 +99,8 @@ STILLREACH_INLINE void bound_length(double* v, double largest) {
 }
 
 // twist += gain * pose error, its linear and angular parts each at most as long as told. pose, target: 12 numbers.
-inline void add_correction(const double* target, const double* pose, double gain, double linear, double angular, double* twist) {
+inline void add_correction(const double* target, const double* pose, double gain, double linear, double angular,
+                           double* twist) {
   double v[3], w[3];
   rotation_error(target, pose, w);
   for (int i = 0; i < 3; ++i) {

@@ -5,8 +5,9 @@
 
 STILLREACH_BEGIN
 
-// atan2(y, x) of y, x >= 0 that are not both 0, to about one unit in the last place: of 0, atan(1/2) and pi / 4 a near one, and a
-// polynomial on [-0.4142, 0.4142] that errs least (by Remez's exchange; 1.3e-18 relative, with these coefficients).
+// atan2(y, x) of y, x >= 0 that are not both 0, to about one unit in the last place: of 0, atan(1/2) and pi / 4 a near
+// one, and a polynomial on [-0.4142, 0.4142] that errs least (by Remez's exchange; 1.3e-18 relative, with these
+// coefficients).
 inline double first_quadrant_angle(double y, double x) {
   const double small = smaller(x, y), large = larger(y, x);  // a NaN stays one
   double t, base = 0.0, base_rest = 0.0;

@@ -1,9 +1,10 @@
-// Any serial chain, brought into the form that the kinematics runs on: every joint moves about or along its frame's z, and
-// the next z is that one turned about x. A turn about z before or after that is the joint's own, or its neighbour's.
+// Any serial chain, brought into the form that the kinematics runs on: every joint moves about or along its frame's z,
+// and the next z is that one turned about x. A turn about z before or after that is the joint's own, or its
+// neighbour's.
 #pragma once
 
-#include "stillreach/types.hpp"
 #include "stillreach/simd/scalar.hpp"
+#include "stillreach/types.hpp"
 
 STILLREACH_BEGIN
 
@@ -12,7 +13,8 @@ STILLREACH_INLINE void compose(const double* a, const double* b, double* out) {
   for (int j = 0; j < 4; ++j)
     for (int i = 0; i < 3; ++i) {
       const double* column = b + 3 * j;
-      out[3 * j + i] = madd(a[i], column[0], madd(a[3 + i], column[1], a[6 + i] * column[2])) + (j == 3 ? a[9 + i] : 0.0);
+      out[3 * j + i] =
+          madd(a[i], column[0], madd(a[3 + i], column[1], a[6 + i] * column[2])) + (j == 3 ? a[9 + i] : 0.0);
     }
 }
 
@@ -47,8 +49,9 @@ STILLREACH_INLINE Turn operator-(Turn a) { return {a.c, -a.s}; }
 
 constexpr double kNoAngle = 4e-16;  // sine of an angle that is rounding alone
 
-// A rotation as a turn about z, one about x and one about z again (Euler, 1776). The first one is `wanted` where the axes are
-// parallel, and any would do; elsewhere two are possible, half a turn apart, and it is the one nearer to `wanted`.
+// A rotation as a turn about z, one about x and one about z again (Euler, 1776). The first one is `wanted` where the
+// axes are parallel, and any would do; elsewhere two are possible, half a turn apart, and it is the one nearer to
+// `wanted`.
 struct ThreeTurns {
   Turn first, tilt, last;
 };
@@ -69,8 +72,8 @@ inline ThreeTurns three_turns(const double* rotation, Turn wanted) {
   return t;
 }
 
-// kinds: n. placements: n + 1 row-major 4x4 poses (the last one is the tool), axes: n unit vectors in the joint's own frame.
-// links: n, which the arm goes on using.
+// kinds: n. placements: n + 1 row-major 4x4 poses (the last one is the tool), axes: n unit vectors in the joint's own
+// frame. links: n, which the arm goes on using.
 inline ArmView align_axes(int n, const JointKind* kinds, const double* placements, const double* axes, Link* links) {
   ArmView arm{n, links, {}, {}, nullptr};
   double undo[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};  // inverse of the turn given to the previous joint's frame

@@ -1,5 +1,5 @@
-// Joints that move together: the chain's joints follow the arm's, and their columns are added to those of the joints they
-// follow. An arm without such joints takes one branch more. Written for numbers (double) and for lanes (Wide).
+// Joints that move together: the chain's joints follow the arm's, and their columns are added to those of the joints
+// they follow. An arm without such joints takes one branch more. Written for numbers (double) and for lanes (Wide).
 #pragma once
 
 #include "stillreach/kinematics/kinematics.hpp"
@@ -27,8 +27,9 @@ STILLREACH_INLINE void cross_add(const T* a, const T* b, T* sum) {
   }
 }
 
-// Goes along the chain; visit(a, factor, at, axis): joint a turns about or slides along `axis` through `at`, `factor` times
-// as fast as the joint that it follows. frame: 12 numbers, at the end the tool's rotation by columns, and translation.
+// Goes along the chain; visit(a, factor, at, axis): joint a turns about or slides along `axis` through `at`, `factor`
+// times as fast as the joint that it follows. frame: 12 numbers, at the end the tool's rotation by columns, and
+// translation.
 template <class T, class Visit>
 inline void walk_coupled(const ArmView& arm, const T* q, T* frame, Visit visit) {
   const Coupling& c = *arm.coupling;
@@ -79,10 +80,11 @@ STILLREACH_INLINE void arm_kinematics(const ArmView& arm, const T* q, T* scratch
     kinematics(arm, q, scratch, pose, jacobian);
 }
 
-// The end of manipulability_gradient() where joints are coupled: the same sums, over the chain's joints. tool: its position.
-// force: row j of J^+ (6 each) for the k working joints; turned: what tool axes turn with, or zeros.
-inline STILLREACH_NOINLINE void coupled_gradient(const ArmView& arm, const double* q, const double* tool, const double* force,
-                                                 const int* joint, int k, const double* total, const double* turned, double* gradient) {
+// The end of manipulability_gradient() where joints are coupled: the same sums, over the chain's joints. tool: its
+// position. force: row j of J^+ (6 each) for the k working joints; turned: what tool axes turn with, or zeros.
+inline STILLREACH_NOINLINE void coupled_gradient(const ArmView& arm, const double* q, const double* tool,
+                                                 const double* force, const int* joint, int k, const double* total,
+                                                 const double* turned, double* gradient) {
   double suffix[3] = {total[0], total[1], total[2]}, prefix[3] = {0, 0, 0}, frame[12];
   for (int i = 0; i < arm.n; ++i) gradient[i] = 0.0;
   walk_coupled(arm, q, frame, [&](int a, double factor, const double* at, const double* axis) {

@@ -5,9 +5,12 @@
 
 STILLREACH_BEGIN
 
-STILLREACH_INLINE double dot3(const double* a, const double* b) { return madd(a[0], b[0], madd(a[1], b[1], a[2] * b[2])); }
+STILLREACH_INLINE double dot3(const double* a, const double* b) {
+  return madd(a[0], b[0], madd(a[1], b[1], a[2] * b[2]));
+}
 
-// Task rows of a 6-vector [v; w] along base axes. asked: has m, rows (which of the six) and tool_axes (along the tool's axes).
+// Task rows of a 6-vector [v; w] along base axes. asked: has m, rows (which of the six) and tool_axes (along the tool's
+// axes).
 template <class Asked>
 STILLREACH_INLINE void select_rows(const Asked& asked, const double* pose, const double* base, double* task) {
   double v[6];

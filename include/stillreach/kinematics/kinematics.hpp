@@ -1,8 +1,8 @@
 // Forward kinematics and Jacobian of a chain in one pass.
 #pragma once
 
-#include "stillreach/types.hpp"
 #include "stillreach/kinematics/sincos.hpp"
+#include "stillreach/types.hpp"
 
 STILLREACH_BEGIN
 
@@ -10,12 +10,11 @@ STILLREACH_BEGIN
 STILLREACH_INLINE Pack yzx(Pack a) { return STILLREACH_SHUFFLE(a, a, 1, 2, 0, 0); }
 STILLREACH_INLINE Pack zxy(Pack a) { return STILLREACH_SHUFFLE(a, a, 2, 0, 1, 3); }
 
-STILLREACH_INLINE Pack cross(Pack a, Pack b) {
-  return madd(yzx(a), zxy(b), -(zxy(a) * yzx(b)));
-}
+STILLREACH_INLINE Pack cross(Pack a, Pack b) { return madd(yzx(a), zxy(b), -(zxy(a) * yzx(b))); }
 
-// Two axes of a frame turn in their plane: a becomes c a + s b, and b becomes c b - s a. Of a frame's axes y comes last to either
-// turn, as b to the first and as a to the second, and waits for one multiply-add: eight cycles from a joint's axes to the next's.
+// Two axes of a frame turn in their plane: a becomes c a + s b, and b becomes c b - s a. Of a frame's axes y comes last
+// to either turn, as b to the first and as a to the second, and waits for one multiply-add: eight cycles from a joint's
+// axes to the next's.
 template <class P>
 STILLREACH_INLINE void turn_first(P c, P s, P& a, P& b) {
   const P old = b;

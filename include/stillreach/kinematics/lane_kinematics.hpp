@@ -83,7 +83,8 @@ inline void kinematics(const ArmView& arm, const Wide* q, Wide* scratch, Wide* p
   for (int i = 0; i < arm.n; ++i) {
     Wide* column = jacobian + 6 * i;
     if (arm.links[i].kind == JointKind::REVOLUTE) {
-      const LaneVector v = cross({column[3], column[4], column[5]}, {p.x - column[0], p.y - column[1], p.z - column[2]});
+      const LaneVector v =
+          cross({column[3], column[4], column[5]}, {p.x - column[0], p.y - column[1], p.z - column[2]});
       column[0] = v.x;
       column[1] = v.y;
       column[2] = v.z;

@@ -1,12 +1,14 @@
-// Sine and cosine of one angle of any size. The angle times 2 / pi is formed in integers, of which only the digits count that
-// are neither whole turns nor below rounding (Payne and Hanek, 1983), so that every platform gives the same bits.
+// Sine and cosine of one angle of any size. The angle times 2 / pi is formed in integers, of which only the digits
+// count that are neither whole turns nor below rounding (Payne and Hanek, 1983), so that every platform gives the same
+// bits.
 #pragma once
 
 #include "stillreach/simd/packs.hpp"
 
 STILLREACH_BEGIN
 
-// Sine and cosine on [-pi/4, pi/4]: polynomials that err least (by Remez's exchange; 2e-18 and 5e-20, with these coefficients).
+// Sine and cosine on [-pi/4, pi/4]: polynomials that err least (by Remez's exchange; 2e-18 and 5e-20, with these
+// coefficients).
 template <class P>
 STILLREACH_INLINE void sincos_reduced(P r, P& sine, P& cosine) {
   const P z = r * r;
@@ -26,7 +28,8 @@ STILLREACH_INLINE void sincos_reduced(P r, P& sine, P& cosine) {
   cosine = madd(c * z, z, madd(z, fill<P>(-0.5), fill<P>(1.0)));
 }
 
-// An angle as `quadrant` quarters of a turn and a rest within an eighth, of which `more` is what `rest` has no digits for.
+// An angle as `quadrant` quarters of a turn and a rest within an eighth, of which `more` is what `rest` has no digits
+// for.
 struct ReducedAngle {
   double rest, more;
   unsigned quadrant;
@@ -42,11 +45,13 @@ STILLREACH_INLINE unsigned bits_from(const unsigned* product, int low) {
 
 // mantissa 2^exponent times 2 / pi but for multiples of 4. Returns how many bits of the product are behind the point.
 inline int quarters(unsigned long long mantissa, int exponent, unsigned* product) {
-  const unsigned two_over_pi[] = {  // what is behind the point, 32 bits each
-      0xa2f9836e, 0x4e441529, 0xfc2757d1, 0xf534ddc0, 0xdb629599, 0x3c439041, 0xfe5163ab, 0xdebbc561, 0xb7246e3a, 0x424dd2e0,
-      0x06492eea, 0x09d1921c, 0xfe1deb1c, 0xb129a73e, 0xe88235f5, 0x2ebb4484, 0xe99c7026, 0xb45f7e41, 0x3991d639, 0x835339f4,
-      0x9c845f8b, 0xbdf9283b, 0x1ff897ff, 0xde05980f, 0xef2f118b, 0x5a0a6d1f, 0x6d367ecf, 0x27cb09b7, 0x4f463f66, 0x9e5fea2d,
-      0x7527bac7, 0xebe5f17b, 0x3d0739f7, 0x8a5292ea, 0x6bfb5fb1, 0x1f8d5d08, 0x56033046, 0xfc7b6bab, 0xf0cfbc20};
+  const unsigned two_over_pi[] = {// what is behind the point, 32 bits each
+                                  0xa2f9836e, 0x4e441529, 0xfc2757d1, 0xf534ddc0, 0xdb629599, 0x3c439041, 0xfe5163ab,
+                                  0xdebbc561, 0xb7246e3a, 0x424dd2e0, 0x06492eea, 0x09d1921c, 0xfe1deb1c, 0xb129a73e,
+                                  0xe88235f5, 0x2ebb4484, 0xe99c7026, 0xb45f7e41, 0x3991d639, 0x835339f4, 0x9c845f8b,
+                                  0xbdf9283b, 0x1ff897ff, 0xde05980f, 0xef2f118b, 0x5a0a6d1f, 0x6d367ecf, 0x27cb09b7,
+                                  0x4f463f66, 0x9e5fea2d, 0x7527bac7, 0xebe5f17b, 0x3d0739f7, 0x8a5292ea, 0x6bfb5fb1,
+                                  0x1f8d5d08, 0x56033046, 0xfc7b6bab, 0xf0cfbc20};
   constexpr int words = 7;  // 138 bits behind the point, where the nearest double to a multiple of pi / 2 has 62 zeros
   const int skipped = exponent > 2 ? (exponent - 2) / 32 : 0;
   for (int w = 0; w < kProductWords; ++w) product[w] = 0;
@@ -87,7 +92,8 @@ inline ReducedAngle reduce_large(double angle) {
   // times pi / 2, of 21, 21 and 53 bits: the first products are exact
   const double high = static_cast<double>(head >> 32), low = static_cast<double>(head & 0xffffffff) * 0x1p-32;
   const double first = high * 0x1.921fbp+0;
-  const double second = high * 0x1.5110ap-22 + (low * 0x1.921fbp+0 + (high * 0x1.4611a62633146p-42 + low * 0x1.5110ap-22));
+  const double second =
+      high * 0x1.5110ap-22 + (low * 0x1.921fbp+0 + (high * 0x1.4611a62633146p-42 + low * 0x1.5110ap-22));
   const double unit = STILLREACH_LIBRARY(ldexp)(beyond ? -1.0 : 1.0, -32 - zeros), rest = first + second;
   return {unit * rest, unit * ((first - rest) + second), quadrant};
 }
@@ -102,7 +108,8 @@ inline STILLREACH_NOINLINE void sincos_large(double angle, double& sine, double&
   double s, c;
   sincos_reduced(reduced.rest, s, c);
   const double own_sine = madd(reduced.more, c, s), own_cosine = madd(-reduced.more, s, c);
-  const bool odd = (reduced.quadrant & 1) != 0, down = (reduced.quadrant & 2) != 0, left = ((reduced.quadrant + 1) & 2) != 0;
+  const bool odd = (reduced.quadrant & 1) != 0, down = (reduced.quadrant & 2) != 0,
+             left = ((reduced.quadrant + 1) & 2) != 0;
   const double a = odd ? own_cosine : own_sine, b = odd ? own_sine : own_cosine;
   sine = down != (angle < 0.0) ? -a : a;
   cosine = left ? -b : b;

@@ -1,5 +1,5 @@
-// Sine and cosine of many angles at once: reduction by pi/2 in three parts (Cody and Waite, 1980), then polynomials. Absolute
-// error below 3e-16 up to 8e5 rad; larger angles are reduced one by one.
+// Sine and cosine of many angles at once: reduction by pi/2 in three parts (Cody and Waite, 1980), then polynomials.
+// Absolute error below 3e-16 up to 8e5 rad; larger angles are reduced one by one.
 #pragma once
 
 #include "stillreach/kinematics/large_angles.hpp"
@@ -21,8 +21,8 @@ STILLREACH_INLINE void sincos(P x, P& sine, P& cosine) {
   const P magic = fill<P>(0x1.8p52);
   const P shifted = madd(x, fill<P>(0.63661977236758134308), magic);  // 2 / pi
   const P k = shifted - magic;
-  P r = madd(k, fill<P>(-0x1.921fb544p0), x);  // pi/2, first 33 bits,
-  r = madd(k, fill<P>(-0x1.0b4611a6p-34), r);  // next 33 bits,
+  P r = madd(k, fill<P>(-0x1.921fb544p0), x);       // pi/2, first 33 bits,
+  r = madd(k, fill<P>(-0x1.0b4611a6p-34), r);       // next 33 bits,
   r = madd(k, fill<P>(-0x1.3198a2e037073p-69), r);  // and the rest
   P s, c;
   sincos_reduced(r, s, c);

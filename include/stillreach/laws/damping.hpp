@@ -1,6 +1,7 @@
 // Damping factors for the singularity-robust law, from singular values. Joint rates relative to their limits are
-// u_i(kappa) = limit_i (offset_i + sum_j shape_ij beta_j / (sigma_j^2 + kappa)), with limit_i the reciprocal of the joint's
-// bound (0: none): everything here is a function of the shapes (k x rank, row-major, 6 apart), beta, sigma^2, limits, offsets.
+// u_i(kappa) = limit_i (offset_i + sum_j shape_ij beta_j / (sigma_j^2 + kappa)), with limit_i the reciprocal of the
+// joint's bound (0: none): everything here is a function of the shapes (k x rank, row-major, 6 apart), beta, sigma^2,
+// limits, offsets.
 #pragma once
 
 #include "stillreach/laws/exact_damping.hpp"
@@ -9,8 +10,8 @@ STILLREACH_BEGIN
 
 struct DampingSearch {
   int k, rank;
-  int count;             // joints that may be over the limit (norm inf)
-  double* terms;         // k x 7: shapes times beta times limit, offset times limit; the first `count` rows are those joints'
+  int count;      // joints that may be over the limit (norm inf)
+  double* terms;  // k x 7: shapes times beta times limit, offset times limit; the first `count` rows are those joints'
   const double* shapes;  // k x 6
   const double* limit;   // k
   const double* offset;  // k or null
@@ -18,9 +19,10 @@ struct DampingSearch {
 };
 
 // One rational function sum_j a_j / (x_j + kappa) that exceeds `limit` > 0 at kappa: a step towards its first crossing
-// that never passes it. Two bounds of the function from below, the larger step counts: the positive terms bounded through
-// their concave reciprocal (as Newton's method on 1 / norm does), and a Taylor expansion whose second derivative is
-// bounded by the negative terms (their third powers only fall); near the crossing the latter is Newton's step.
+// that never passes it. Two bounds of the function from below, the larger step counts: the positive terms bounded
+// through their concave reciprocal (as Newton's method on 1 / norm does), and a Taylor expansion whose second
+// derivative is bounded by the negative terms (their third powers only fall); near the crossing the latter is Newton's
+// step.
 STILLREACH_INLINE double safe_step(int rank, const double* a, const double* inverse, double limit) {
   double p = 0.0, n = 0.0, dp = 0.0, dn = 0.0, n3 = 0.0;
   for (int j = 0; j < rank; ++j) {
@@ -28,8 +30,7 @@ STILLREACH_INLINE double safe_step(int rank, const double* a, const double* inve
     if (t > 0.0) {
       p += t;
       dp += d;
-    }
-    else {
+    } else {
       n -= t;
       dn -= d;
       n3 -= d * inverse[j];
@@ -55,8 +56,8 @@ inline void gather_terms(DampingSearch& d) {
   }
 }
 
-// Step of the largest |u_i| (norm inf): no joint over its limit can come back under it before its own step. A joint whose
-// terms without signs are below the limit is never over it at a larger kappa, and looked at no more.
+// Step of the largest |u_i| (norm inf): no joint over its limit can come back under it before its own step. A joint
+// whose terms without signs are below the limit is never over it at a larger kappa, and looked at no more.
 inline double step_inf(DampingSearch& d, double kappa) {
   double inverse[kRows], step = 0.0;
   reciprocals(d, kappa, inverse);
@@ -107,7 +108,8 @@ inline double safe_side(const DampingSearch& d, NormKind norm, double kappa) {
     double worst = 0.0, sum = 0.0;
     for (int i = 0; i < d.k; ++i) {
       double u = 0.0;
-      for (int j = 0; j < d.rank; ++j) u += magnitude(d.shapes[6 * i + j] * d.beta[j]) * d.limit[i] / (d.square[j] + kappa);
+      for (int j = 0; j < d.rank; ++j)
+        u += magnitude(d.shapes[6 * i + j] * d.beta[j]) * d.limit[i] / (d.square[j] + kappa);
       const double room = larger(1.0 - (d.offset ? magnitude(d.offset[i]) * d.limit[i] : 0.0), 1e-3);
       worst = larger(worst, u / room);
       sum = madd(u / room, u / room, sum);

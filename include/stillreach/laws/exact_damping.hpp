@@ -1,5 +1,6 @@
 // Eq. (10) without singular values, where the Gram matrix G is harmless: joint rates relative to their limits are
-// u_i(kappa) = w_i' (G + kappa I)^-1 x, with w_i the joint's column times its limit, and each kappa costs a factorisation.
+// u_i(kappa) = w_i' (G + kappa I)^-1 x, with w_i the joint's column times its limit, and each kappa costs a
+// factorisation.
 #pragma once
 
 #include "stillreach/linear/inner.hpp"
@@ -11,11 +12,11 @@ constexpr int kDampingSteps = 100;
 constexpr double kLimitSlack = 1e-13;
 
 // A step of kappa that u = w' (G + kappa)^-1 x > 1 certainly does not pass its crossing of 1 in. b, c and f hold
-// x' x, w' w and w' x with powers 1, 2, 3 of that inverse between them. With p, n = (a w +- x / a)' (..)^-1 (a w +- x / a) / 4
-// and a^4 = b1 / c1, u = p - n: both fall with kappa, with derivatives of alternating signs and concave reciprocals. Two
-// bounds from below, the larger step counts: p through its reciprocal beside today's n (as Newton's method on 1 / norm does),
-// and a Taylor expansion of u with n's second derivative (there a^4 = b3 / c3, which makes it least); near the crossing that is
-// Newton's step.
+// x' x, w' w and w' x with powers 1, 2, 3 of that inverse between them. With p, n = (a w +- x / a)' (..)^-1 (a w +- x /
+// a) / 4 and a^4 = b1 / c1, u = p - n: both fall with kappa, with derivatives of alternating signs and concave
+// reciprocals. Two bounds from below, the larger step counts: p through its reciprocal beside today's n (as Newton's
+// method on 1 / norm does), and a Taylor expansion of u with n's second derivative (there a^4 = b3 / c3, which makes it
+// least); near the crossing that is Newton's step.
 template <class T>
 STILLREACH_INLINE T certain_step(T u, const T* b, const T* c, const T* f) {
   const T excess = u - 1.0, root = square_root(b[0] * c[0]);
@@ -38,8 +39,8 @@ struct StridedColumns {
 
 // The same for one problem (T double, where: bool) and for one a lane (Wide, Lanes).
 
-// The size of the relative rates, and the w of the joint that is furthest over its limit; with the 2-norm, of the sum of
-// all along today's direction, which is never longer than the sum itself.
+// The size of the relative rates, and the w of the joint that is furthest over its limit; with the 2-norm, of the sum
+// of all along today's direction, which is never longer than the sum itself.
 template <class T, int M, class Columns>
 STILLREACH_INLINE T furthest(Rows<M> m, const Columns& column, int k, const T* limit, NormKind norm, const T* z, T* w) {
   const T zero = fill<T>(0.0);
@@ -65,12 +66,12 @@ STILLREACH_INLINE T furthest(Rows<M> m, const Columns& column, int k, const T* l
   return size;
 }
 
-// The smallest kappa >= 0 that meets the limit, from the undamped answer in z (k) and its `dual` and factor f, which change; z
-// becomes the damped answer. steps: how many kappas were looked at. Returns those of `where` that were answered: neither rounding
-// nor the number of steps ended them.
+// The smallest kappa >= 0 that meets the limit, from the undamped answer in z (k) and its `dual` and factor f, which
+// change; z becomes the damped answer. steps: how many kappas were looked at. Returns those of `where` that were
+// answered: neither rounding nor the number of steps ended them.
 template <class T, int M, class Columns, class F>
-inline Where<T> exact_damping(Rows<M> m, const Columns& column, int k, const T* rhs, const T* limit, NormKind norm, Where<T> where, F& f,
-                              T* dual, T* z, T& kappa, T& steps) {
+inline Where<T> exact_damping(Rows<M> m, const Columns& column, int k, const T* rhs, const T* limit, NormKind norm,
+                              Where<T> where, F& f, T* dual, T* z, T& kappa, T& steps) {
   T diagonal[kRows], w[kRows], v[kRows], t[kRows];
   Where<T> settled = except(where, where);
   for (int r = 0; r < m(); ++r) diagonal[r] = f.gram[r][r];
@@ -97,9 +98,11 @@ inline Where<T> exact_damping(Rows<M> m, const Columns& column, int k, const T* 
   return settled;
 }
 
-// Eq. (16), kappa = [|V| |U' twist| / 2 dq_max]^2 with both norms inf, from shapes (k x rank, `stride` apart), beta and sigma^2.
+// Eq. (16), kappa = [|V| |U' twist| / 2 dq_max]^2 with both norms inf, from shapes (k x rank, `stride` apart), beta and
+// sigma^2.
 template <class T>
-STILLREACH_INLINE T closed_form_damping(int rank, const T* shapes, int stride, int k, const T* limit, const T* beta, const T* square) {
+STILLREACH_INLINE T closed_form_damping(int rank, const T* shapes, int stride, int k, const T* limit, const T* beta,
+                                        const T* square) {
   T left = fill<T>(0.0), right = fill<T>(0.0), inverse[kRows];
   for (int j = 0; j < rank; ++j) inverse[j] = fill<T>(1.0) / square_root(square[j]);
   for (int i = 0; i < k; ++i) {

@@ -7,7 +7,7 @@
 
 STILLREACH_BEGIN
 
-constexpr double kClose = 1e3;     // times a residual that counts as none, where planes say that there is none
+constexpr double kClose = 1e3;    // times a residual that counts as none, where planes say that there is none
 constexpr double kNearly = 1e-9;  // a fraction so little above 1 is 1
 
 // The bounded answer at a fraction, warm. Returns how far from it that is.
@@ -32,15 +32,18 @@ inline bool is_beyond(Rows<M> m, const double* fixed, const double* twist, const
   return reach < dot(m, normal, twist) * (1.0 - kNearly);
 }
 
-// Of all z that reach the end of the ray, the one of least norm: columns that leave the plane across y stay at their bounds, the
-// others move in it. b.lower and b.upper are w.lower and w.upper.
+// Of all z that reach the end of the ray, the one of least norm: columns that leave the plane across y stay at their
+// bounds, the others move in it. b.lower and b.upper are w.lower and w.upper.
 template <int M>
-inline void settle_face(Rows<M> m, const double* fixed, const double* twist, double s, const Ray& ray, Workspace& w, Box& b, Inner& in) {
+inline void settle_face(Rows<M> m, const double* fixed, const double* twist, double s, const Ray& ray, Workspace& w,
+                        Box& b, Inner& in) {
   const double size = size_of(m, ray.y), across = kLeaves * size, rounding = 2.0 * b.dependent * size;
   int* index = w.index;
   int count = 0;
   for (int i = 0; i < b.k; ++i)
-    if (b.state[i] == 0 || !(magnitude(dot(m, ray.y, b.columns + i * kStride)) > larger(across * b.length[i], rounding))) index[count++] = i;
+    if (b.state[i] == 0 ||
+        !(magnitude(dot(m, ray.y, b.columns + i * kStride)) > larger(across * b.length[i], rounding)))
+      index[count++] = i;
   if (count == ray.count) return;
   double rhs[kStride];
   for (int r = 0; r < kStride; ++r) rhs[r] = r < m() ? madd(s, twist[r], fixed[r]) : 0.0;
@@ -52,14 +55,20 @@ inline void settle_face(Rows<M> m, const double* fixed, const double* twist, dou
   }
   spectrum(m(), w.columns, index, count, b.threshold, w.work, in.spectrum);
   const Rows<0> rank{reduce_rows(m, in.spectrum, w.columns, b, rhs)};
-  for (int i = 0; i < b.k; ++i) w.shapes[i] = b.z[i], w.held[i] = b.state[i];
+  for (int i = 0; i < b.k; ++i) {
+    w.shapes[i] = b.z[i];
+    w.held[i] = b.state[i];
+  }
   residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
   const double before = size_of(rank, b.residual), scale = size_of(rank, rhs);
   solve_box(rank, rhs, b, in, false);
   if (b.doubtful) settle_box(rank, rhs, b, in);
   residual_of(b.columns, nullptr, b.k, rhs, b.z, b.residual);
   if (size_of(rank, b.residual) > larger(before, reached(b, scale)))
-    for (int i = 0; i < b.k; ++i) b.z[i] = w.shapes[i], b.state[i] = w.held[i];
+    for (int i = 0; i < b.k; ++i) {
+      b.z[i] = w.shapes[i];
+      b.state[i] = w.held[i];
+    }
 }
 
 // The basis of the last tick's end: the columns between their bounds, where they are few enough.
@@ -74,7 +83,8 @@ inline int last_basis(int most, const std::int8_t* active, const Workspace& w, i
   return count;
 }
 
-// Whether the twist is less than the rounding of what the columns do: in any case (2), or where they are at their bounds (1).
+// Whether the twist is less than the rounding of what the columns do: in any case (2), or where they are at their
+// bounds (1).
 template <int M>
 inline int smallness(Rows<M> m, const double* fixed, const double* twist, const Box& b) {
   double least = size_of(m, fixed), most = least;
@@ -87,13 +97,17 @@ inline int smallness(Rows<M> m, const double* fixed, const double* twist, const 
   return size <= kRounding * least ? 2 : size <= kRounding * most;
 }
 
-// The largest fraction in [0, 1] with fixed + fraction * twist in reach, and its answer in b. Negative: none. solved: b.target and
-// `in` hold the unbounded answer, whose bounded part shows in most cases where the twist is out of reach.
+// The largest fraction in [0, 1] with fixed + fraction * twist in reach, and its answer in b. Negative: none. solved:
+// b.target and `in` hold the unbounded answer, whose bounded part shows in most cases where the twist is out of reach.
 template <int M>
-inline double search_fraction(Rows<M> m, const double* fixed, const double* twist, const std::int8_t* active, bool solved, Workspace& w,
-                              Box& b, Inner& in) {
+inline double search_fraction(Rows<M> m, const double* fixed, const double* twist, const std::int8_t* active,
+                              bool solved, Workspace& w, Box& b, Inner& in) {
   Ray ray;
-  ray.fixed = fixed, ray.twist = twist, ray.slope = w.shapes, ray.change = w.shapes + b.k;
+  ray.fixed = fixed;
+  ray.twist = twist;
+  ray.slope = w.shapes;
+  ray.change = w.shapes + b.k;
+  ray.distance = w.shapes + 4 * b.k;
   ray.count = last_basis(m() - 1, active, w, b.k, ray.column);
   const double scale = size_of(m, twist) + size_of(m, fixed);
   double rhs[kStride];
@@ -115,11 +129,11 @@ inline double search_fraction(Rows<M> m, const double* fixed, const double* twis
   return smaller(s, 1.0);
 }
 
-// Where the rank is short: what is lost of the twist is served by no fraction but the one that fixed joints serve; the rows
-// that are left are searched. none: a length that counts as 0.
+// Where the rank is short: what is lost of the twist is served by no fraction but the one that fixed joints serve; the
+// rows that are left are searched. none: a length that counts as 0.
 template <int M>
-inline STILLREACH_NOINLINE double search_reduced(Rows<M> m, double* fixed, double* twist, double none, const std::int8_t* active,
-                                                 Workspace& w, Box& b, Inner& in) {
+inline STILLREACH_NOINLINE double search_reduced(Rows<M> m, double* fixed, double* twist, double none,
+                                                 const std::int8_t* active, Workspace& w, Box& b, Inner& in) {
   const Spectrum s = in.spectrum;
   double own_fixed[kStride], own_twist[kStride], rest[kStride] = {0, 0, 0, 0, 0, 0, 0, 0};
   const Rows<0> rank{reduce_rows(m, s, w.columns, b, rest)};
@@ -127,7 +141,8 @@ inline STILLREACH_NOINLINE double search_reduced(Rows<M> m, double* fixed, doubl
     own_fixed[r] = r < rank() ? dot(m, s.left[r], fixed) : 0.0;
     own_twist[r] = r < rank() ? dot(m, s.left[r], twist) : 0.0;
   }
-  make_orthogonal(m, s.left, rank(), fixed), make_orthogonal(m, s.left, rank(), twist);
+  make_orthogonal(m, s.left, rank(), fixed);
+  make_orthogonal(m, s.left, rank(), twist);
   const double lost = size_of(m, twist);
   const bool all = lost <= none;
   const double only = all ? 0.0 : clamp(-dot(m, fixed, twist) / (lost * lost), 0.0, 1.0);
@@ -159,7 +174,10 @@ inline double fixed_fraction(Rows<M> m, const Problem& p, const double* rates) {
   apply_rows(m, p.metric.rows, p.twist, twist);
   for (int r = 0; r < m(); ++r) size += magnitude(fixed[r]) + magnitude(twist[r]);
   const double unit = scaling_unit(size);
-  for (int r = 0; r < m(); ++r) fixed[r] /= unit, twist[r] /= unit;
+  for (int r = 0; r < m(); ++r) {
+    fixed[r] /= unit;
+    twist[r] /= unit;
+  }
   const double square = dot(m, twist, twist), scale = size_of(m, fixed) + size_of(m, twist);
   const double fraction = square > 0.0 ? clamp(-dot(m, fixed, twist) / square, 0.0, 1.0) : 1.0;
   for (int r = 0; r < m(); ++r) fixed[r] = madd(fraction, twist[r], fixed[r]);
@@ -171,11 +189,13 @@ template <int M>
 inline void stand_still(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
   const double still[kRows] = {0, 0, 0, 0, 0, 0};
   LawSettings bare = law;
-  bare.kind = LawKind::LEAST_ERROR, bare.parts = 0;
+  bare.kind = LawKind::LEAST_ERROR;
+  bare.parts = 0;
   Problem rest = p;
   rest.twist = still;
   least_error(m, bare, rest, w, out);
-  out.scale = 0.0, out.status |= SCALED;
+  out.scale = 0.0;
+  out.status |= SCALED;
   report(m, p, out);
 }
 
@@ -194,9 +214,13 @@ inline void keep_direction(Rows<M> m, const LawSettings& law, const Problem& p, 
   const bool inside_all = solve_unbounded(m, rhs, b, in);
   apply_rows(m, p.metric.rows, p.twist, twist);
   fixed_part(m, p, out.rates, fixed);
-  for (int r = 0; r < m(); ++r) twist[r] /= s.unit_b, fixed[r] /= s.unit_b;
+  for (int r = 0; r < m(); ++r) {
+    twist[r] /= s.unit_b;
+    fixed[r] /= s.unit_b;
+  }
   for (int j = 0; j < s.k; ++j)
-    for (int r = 0; w.offset[j] != 0.0 && r < m(); ++r) fixed[r] = madd(-w.columns[j * kStride + r], w.offset[j], fixed[r]);
+    for (int r = 0; w.offset[j] != 0.0 && r < m(); ++r)
+      fixed[r] = madd(-w.columns[j * kStride + r], w.offset[j], fixed[r]);
   const double scale = size_of(m, twist) + size_of(m, fixed);
   if (in.rank < (s.k < m() ? s.k : m())) out.status |= SINGULAR;
   for (int j = 0; j < s.k; ++j) b.z[j] = b.target[j];

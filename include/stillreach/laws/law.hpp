@@ -1,4 +1,5 @@
-// One door to all laws. The answer's rates are finite for any finite problem; inside the bounds for all but Pseudoinverse.
+// One door to all laws. The answer's rates are finite for any finite problem; inside the bounds for all but
+// Pseudoinverse.
 #pragma once
 
 #include "stillreach/laws/keep_direction.hpp"
@@ -22,7 +23,8 @@ inline void solve_rows(Rows<M> m, const LawSettings& law, const Problem& p, Work
   report(m, p, out);
 }
 
-// Whether the working joints could hold the tool still, inside their bounds, against those that move at one rate. answer: the law's.
+// Whether the working joints could hold the tool still, inside their bounds, against those that move at one rate.
+// answer: the law's.
 template <int M>
 inline bool can_stand_still(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, const Answer& answer) {
   const double still[kRows] = {0, 0, 0, 0, 0, 0};
@@ -57,7 +59,8 @@ inline void solve_task(const LawSettings& law, const Problem& p, Workspace& w, A
 // out.active holds the bounds that were active a tick ago (zeros: none) and receives those that are now.
 inline void solve_law(const LawSettings& law, const Problem& p, Workspace& w, Answer& out) {
   solve_task(law, p, w, out);
-  if ((out.status & FAULT_NOT_COMPENSATED) && can_stand_still(Rows<0>{p.m}, law, p, w, out)) out.status &= ~FAULT_NOT_COMPENSATED;
+  if ((out.status & FAULT_NOT_COMPENSATED) && can_stand_still(Rows<0>{p.m}, law, p, w, out))
+    out.status &= ~FAULT_NOT_COMPENSATED;
 }
 
 STILLREACH_END

@@ -1,5 +1,5 @@
-// LeastError: inside the bounds the least of sum_g Y_g |task error of part g| + |rates - reference|^2 / 2 (price_search.hpp), or bare the
-// least weighted task error, then the rates nearest to the reference.
+// LeastError: inside the bounds the least of sum_g Y_g |task error of part g| + |rates - reference|^2 / 2
+// (price_search.hpp), or bare the least weighted task error, then the rates nearest to the reference.
 #pragma once
 
 #include "stillreach/bounded/price_search.hpp"
@@ -7,12 +7,12 @@
 
 STILLREACH_BEGIN
 
-constexpr int kCeilingSteps = 20;             // most prices that are tried for a ceiling,
+constexpr int kCeilingSteps = 20;            // most prices that are tried for a ceiling,
 constexpr double kCeilingTolerance = 1e-12;  // and the relative error that it is met to
-constexpr double kLeftOut = 100.0;      // by this factor what is kept exceeds what the rank tolerance leaves out
+constexpr double kLeftOut = 100.0;           // by this factor what is kept exceeds what the rank tolerance leaves out
 
-// Under a full joint weight W fixed joints that are off their reference pull at the others: nearest to the reference is then
-// nearest to reference - W_ww^-1 W_wf (rates_f - reference_f).
+// Under a full joint weight W fixed joints that are off their reference pull at the others: nearest to the reference is
+// then nearest to reference - W_ww^-1 W_wf (rates_f - reference_f).
 inline void pull_reference(const Problem& p, const System& s, const double* rates, Workspace& w) {
   const double unit = s.unit_b / s.unit_a;
   bool any = false;
@@ -36,7 +36,8 @@ inline void pull_reference(const Problem& p, const System& s, const double* rate
 
 // The bounded problem in scaled rates relative to the reference. rhs: right-hand side moved by the reference.
 template <int M>
-inline Box make_box(Rows<M> m, const LawSettings& law, const Problem& p, System& s, const double* rates, Workspace& w, double* rhs) {
+inline Box make_box(Rows<M> m, const LawSettings& law, const Problem& p, System& s, const double* rates, Workspace& w,
+                    double* rhs) {
   for (int r = 0; r < kStride; ++r) rhs[r] = s.rhs[r];
   for (int j = 0; j < s.k; ++j) {
     w.offset[j] = p.reference ? p.reference[w.joint[j]] / w.scale[j] : 0.0;
@@ -53,11 +54,27 @@ inline Box make_box(Rows<M> m, const LawSettings& law, const Problem& p, System&
     for (int r = 0; r < m(); ++r) rhs[r] = madd(-w.columns[j * kStride + r], w.offset[j], rhs[r]);
   }
   Box b;
-  b.k = s.k, b.columns = w.columns, b.length = w.length, b.lower = w.lower, b.upper = w.upper, b.kappa = 0.0, b.threshold = law.rank_tolerance;
-  b.weight = s.full ? w.weight : nullptr, b.whitened = w.whitened, b.triangle = w.triangle;
-  b.z = w.z, b.state = w.state, b.target = w.target, b.work = w.work, b.index = w.index, b.releases = w.releases;
-  b.dependent = b.whole = 0.0, b.plain = law.kind == LawKind::LEAST_ERROR && law.parts > 0 ? kPricedCondition : kPlainCondition;
-  b.safe = kTwiceCondition, b.iterations = 0, b.capped = b.doubtful = false;
+  b.k = s.k;
+  b.columns = w.columns;
+  b.length = w.length;
+  b.lower = w.lower;
+  b.upper = w.upper;
+  b.kappa = 0.0;
+  b.threshold = law.rank_tolerance;
+  b.weight = s.full ? w.weight : nullptr;
+  b.whitened = w.whitened;
+  b.triangle = w.triangle;
+  b.z = w.z;
+  b.state = w.state;
+  b.target = w.target;
+  b.work = w.work;
+  b.index = w.index;
+  b.releases = w.releases;
+  b.dependent = b.whole = 0.0;
+  b.plain = law.kind == LawKind::LEAST_ERROR && law.parts > 0 ? kPricedCondition : kPlainCondition;
+  b.safe = kTwiceCondition;
+  b.iterations = 0;
+  b.capped = b.doubtful = false;
   return b;
 }
 
@@ -74,15 +91,16 @@ inline bool solve_unbounded(Rows<M> m, const double* rhs, Box& b, Inner& in) {
   for (int j = 0; j < b.k; ++j) b.state[j] = 0;
   solve_free(m, b, rhs, in);
   const double sigma = in.way == InnerWay::SPECTRAL ? in.spectrum.sigma[0] : square_root(in.factor.trace);
-  b.threshold = -b.threshold * sigma, b.dependent = kDependent * sigma;
+  b.threshold = -b.threshold * sigma;
+  b.dependent = kDependent * sigma;
   bool all = true;
   for (int j = 0; j < b.k; ++j) all &= b.target[j] <= b.upper[j] && b.target[j] >= b.lower[j];
   return all;
 }
 
-// Where the rank is short: columns and right-hand side by their components along the left singular vectors that count. What
-// is left out does not change with the rates, and what is left has full rank for every set of free variables that spans it.
-// Returns how many rows are left.
+// Where the rank is short: columns and right-hand side by their components along the left singular vectors that count.
+// What is left out does not change with the rates, and what is left has full rank for every set of free variables that
+// spans it. Returns how many rows are left.
 template <int M>
 inline int reduce_rows(Rows<M> m, const Spectrum& s, double* columns, Box& b, double* rhs) {
   const int rank = s.rank > 0 ? s.rank : 1;
@@ -104,7 +122,8 @@ inline void write_rates(const Problem& p, const Box& b, const Workspace& w, doub
     const int i = w.joint[j];
     const double rate = w.scale[j] * (b.z[j] + w.offset[j]);
     const double bound = b.state[j] > 0 ? p.upper[i] : p.lower[i];
-    rates[i] = b.state[j] != 0 && is_finite(bound) ? bound : clamp(is_finite(rate) ? rate : 0.0, p.lower[i], p.upper[i]);
+    rates[i] =
+        b.state[j] != 0 && is_finite(bound) ? bound : clamp(is_finite(rate) ? rate : 0.0, p.lower[i], p.upper[i]);
   }
 }
 
@@ -112,7 +131,10 @@ inline void write_rates(const Problem& p, const Box& b, const Workspace& w, doub
 template <int M>
 inline bool prepare(Rows<M> m, const Problem& p, Workspace& w, Answer& out, System& s) {
   int k;
-  out.status = OK, out.damping = 0.0, out.scale = 1.0, out.iterations = 0;
+  out.status = OK;
+  out.damping = 0.0;
+  out.scale = 1.0;
+  out.iterations = 0;
   find_working_joints(p, nullptr, w, k, out.rates);
   if (k > 0) {
     s = assemble(m, p, out.rates, nullptr, k, nullptr, w);
@@ -139,8 +161,8 @@ inline bool warm_states(const Workspace& w, int k, const std::int8_t* active, st
 
 // The bounded search in the rows that count: m of them, and below m the leading left singular vectors.
 template <int M>
-inline void least_error_in_box(Rows<M> m, const double* rhs, bool solved, const std::int8_t* active, const Workspace& w, Box& b,
-                               Inner& in) {
+inline void least_error_in_box(Rows<M> m, const double* rhs, bool solved, const std::int8_t* active, const Workspace& w,
+                               Box& b, Inner& in) {
   const bool warm = warm_states(w, b.k, active, b.state);
   solve_box(m, rhs, b, in, solved && !warm && b.kappa == 0.0);
   if (b.capped && warm) {  // a start from elsewhere can cost more steps than there are
@@ -162,24 +184,37 @@ inline void bare_optimum(Rows<M> m, const System& s, double* rhs, Workspace& w, 
   }
 }
 
-// The prices in the units of the scaled columns. Where those are extreme, all that is in units of the rates is multiplied by a power of
-// two, and of a twist far beyond what the box can do only the direction counts.
+// The prices in the units of the scaled columns. Where those are extreme, all that is in units of the rates is
+// multiplied by a power of two, and of a twist far beyond what the box can do only the direction counts.
 template <int M>
 inline Priced make_priced(Rows<M> m, const LawSettings& law, const Problem& p, System& s, double* rhs, Workspace& w) {
   Priced d;
-  d.parts = law.parts, d.part = law.part;
+  d.parts = law.parts;
+  d.part = law.part;
   const double typical = p.typical < 0.0 ? typical_rate(p.n, p.lower, p.upper, p.metric) : p.typical;
   double unit = s.unit_a * s.unit_a / s.unit_b, most = 0.0;
   for (int g = 0; g < d.parts; ++g) most = larger(most, law.price[g] * typical);
   if (most > 0.0 && !(most * unit > 1e-30 && most * unit < 1e30)) {
     const double factor = 1.0 / power_of_two_near(clamp(most * unit, 1e-300, 1e300));
     double size = 0.0;
-    for (int r = 0; r < m(); ++r) rhs[r] *= factor, size = larger(size, magnitude(rhs[r]));
+    for (int r = 0; r < m(); ++r) {
+      rhs[r] *= factor;
+      size = larger(size, magnitude(rhs[r]));
+    }
     for (int r = 0; r < m() && size > 1e60; ++r) rhs[r] *= 1.0 / power_of_two_near(size * 1e-60);
-    for (int j = 0; j < s.k; ++j) w.lower[j] *= factor, w.upper[j] *= factor, w.offset[j] *= factor, w.scale[j] /= factor;
-    s.unit_b /= factor, unit *= factor;
+    for (int j = 0; j < s.k; ++j) {
+      w.lower[j] *= factor;
+      w.upper[j] *= factor;
+      w.offset[j] *= factor;
+      w.scale[j] /= factor;
+    }
+    s.unit_b /= factor;
+    unit *= factor;
   }
-  for (int g = 0; g < d.parts; ++g) d.most[g] = law.price[g] * typical * unit, d.kappa[g] = 0.0;
+  for (int g = 0; g < d.parts; ++g) {
+    d.most[g] = law.price[g] * typical * unit;
+    d.kappa[g] = 0.0;
+  }
   return d;
 }
 
@@ -195,12 +230,14 @@ inline void start_price(Rows<M> m, const LawSettings& law, const System& s, cons
 }
 
 template <int M>
-inline void keep_multiplier(Rows<M> m, const System& s, const Priced& d, const double* u, double raised, Multiplier* to) {
+inline void keep_multiplier(Rows<M> m, const System& s, const Priced& d, const double* u, double raised,
+                            Multiplier* to) {
   if (!to) return;
   const double unit = s.unit_b / (s.unit_a * s.unit_a);
   for (int r = 0; r < kRows; ++r) to->u[r] = r < m() ? u[r] * unit : 0.0;
   for (int g = 0; g < kParts; ++g) to->kappa[g] = g < d.parts ? d.kappa[g] * s.unit_a * s.unit_a : 0.0;
-  to->raised = raised, to->known = 1;
+  to->raised = raised;
+  to->known = 1;
 }
 
 // The largest damping whose error is more than rounding, or 0.
@@ -218,11 +255,12 @@ inline double ceiling_of(const LawSettings& law, const System& s, double most) {
   return law.ceiling * (most / law.price[law.capped]) / (s.unit_a * s.unit_a);
 }
 
-// An error of the capped part beyond its ceiling: its price rises until the ceiling holds, at most to `high`. The error falls as the
-// price rises, and is continuous in it: Newton's method in a bracket. The search has been made with the present price.
+// An error of the capped part beyond its ceiling: its price rises until the ceiling holds, at most to `high`. The error
+// falls as the price rises, and is continuous in it: Newton's method in a bracket. The search has been made with the
+// present price.
 template <int M>
-inline void keep_ceiling(Rows<M> m, const LawSettings& law, const double* rhs, double ceiling, double low, double high, Box& b, Workspace& w,
-                         Priced& d) {
+inline void keep_ceiling(Rows<M> m, const LawSettings& law, const double* rhs, double ceiling, double low, double high,
+                         Box& b, Workspace& w, Priced& d) {
   const int g = law.capped;
   double below = 0.0, above = infinity();  // prices that are too low, and too high
   for (int step = 0; step < kCeilingSteps && !b.capped; ++step) {
@@ -235,11 +273,36 @@ inline void keep_ceiling(Rows<M> m, const LawSettings& law, const double* rhs, d
     const double slope = d.kappa[g] > 0.0 ? error_slope(m, g, b, d) : 0.0;
     double next = slope < 0.0 ? price - excess / slope : excess > 0.0 ? high : low;
     next = clamp(next, low, high);
-    if (!(next > below && next < above)) next = below > 0.0 ? square_root(below) * square_root(smaller(above, high)) : low;
+    if (!(next > below && next < above))
+      next = below > 0.0 ? square_root(below) * square_root(smaller(above, high)) : low;
     if (next == price) return;
     d.most[g] = next;
     afford(m, d, d.u);
     search_price(m, rhs, magnitude(next - price) < 0.1 * price, nullptr, b, w, d);
+  }
+}
+
+// The ordinary search of one price, in as many rows as the compiler knows. False: that is not enough.
+template <int M>
+inline bool search_one_price(Rows<M>, const double* rhs, const Inner& in, bool warm, Box& b, Priced& d) {
+  if constexpr (M == 0) {
+    return false;
+  } else {
+    if (d.parts != 1 || b.weight || in.way != InnerWay::WIDE) return false;
+    double* const more = b.work;
+    Variables<M> v{b.k,        b.columns, b.lower,        b.upper,        b.target, more,
+                   more + b.k, b.z,       more + 2 * b.k, more + 3 * b.k, b.index};
+    OnePrice<M, Variables<M>> search(v, rhs, d.most[0], in.factor.trace);
+    search.begin_at(warm ? d.u : in.dual);
+    search.kappa = warm ? d.kappa[0] : 0.0;
+    const bool found = search.search(true);
+    b.iterations += static_cast<int>(search.iterations);
+    if (!found) return false;
+    for (int i = 0; i < b.k; ++i) b.state[i] = static_cast<std::int8_t>(v.side[i]);
+    for (int r = 0; r < M; ++r) d.u[r] = search.u[r];
+    d.kappa[0] = search.damping();
+    afford(Rows<M>{M}, d, d.u);
+    return true;
   }
 }
 
@@ -257,7 +320,8 @@ inline void least_error(Rows<M> m, const LawSettings& law, const Problem& p, Wor
   Inner in;
   const bool inside_all = solve_unbounded(m, rhs, b, in);
   if (in.rank < (s.k < m() ? s.k : m())) out.status |= SINGULAR;
-  const bool plain = law.parts == 0 || (size_of(m, in.residual) <= kRounding * size_of(m, rhs) && affordable(m, d, in.dual));
+  const bool plain =
+      law.parts == 0 || (size_of(m, in.residual) <= kRounding * size_of(m, rhs) && affordable(m, d, in.dual));
   if (inside_all && plain) {
     for (int j = 0; j < s.k; ++j) b.z[j] = b.target[j];
     if (law.parts > 0) keep_multiplier(m, s, d, in.dual, 1.0, out.multiplier);
@@ -266,10 +330,17 @@ inline void least_error(Rows<M> m, const LawSettings& law, const Problem& p, Wor
   } else {
     const bool known = out.multiplier && out.multiplier->known;
     const double own = law.capped >= 0 ? d.most[law.capped] : 1.0;
+    double kappa;
     start_price(m, law, s, out.multiplier, d);
-    search_price(m, rhs, known, !known && in.way == WIDE && affordable(m, d, in.dual) ? in.dual : nullptr, b, w, d);
-    if (law.capped >= 0) keep_ceiling(m, law, rhs, ceiling_of(law, s, own), own, own * (law.beyond / law.price[law.capped]), b, w, d);
-    const double kappa = damping_that_counts(m, rhs, b, d);
+    if (law.capped < 0 && search_one_price(m, rhs, in, known, b, d)) {
+      kappa = d.kappa[0];
+    } else {
+      search_price(m, rhs, known, !known && in.way == InnerWay::WIDE && affordable(m, d, in.dual) ? in.dual : nullptr,
+                   b, w, d);
+      if (law.capped >= 0)
+        keep_ceiling(m, law, rhs, ceiling_of(law, s, own), own, own * (law.beyond / law.price[law.capped]), b, w, d);
+      kappa = damping_that_counts(m, rhs, b, d);
+    }
     out.damping = kappa > 0.0 ? kappa * s.unit_a * s.unit_a : 0.0;
     keep_multiplier(m, s, d, d.u, law.capped >= 0 ? d.most[law.capped] / own : 1.0, out.multiplier);
     if (out.damping > 0.0) out.status |= DAMPED;

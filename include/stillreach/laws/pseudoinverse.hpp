@@ -1,4 +1,5 @@
-// Eq. (3) of Bedrossian (1994): dq = B J' (J B J')^-1 twist, B = I - A'(AA')^-1 A; with weights the weighted pseudoinverse.
+// Eq. (3) of Bedrossian (1994): dq = B J' (J B J')^-1 twist, B = I - A'(AA')^-1 A; with weights the weighted
+// pseudoinverse.
 #pragma once
 
 #include "stillreach/linear/inner.hpp"
@@ -7,11 +8,11 @@
 STILLREACH_BEGIN
 
 // The part of the reference rate that does not move the tool: nu + J^+ (J nu fixed at its value) on the working joints,
-// that is, (B - B J'(J B J')^+ J B) nu (after eq. (1)). Writes scaled rates to `null_rates` (k). whitened: w.columns are, by
-// the full joint weight.
+// that is, (B - B J'(J B J')^+ J B) nu (after eq. (1)). Writes scaled rates to `null_rates` (k). whitened: w.columns
+// are, by the full joint weight.
 template <int M>
-inline void project_reference(Rows<M> m, const Problem& p, const System& s, double threshold, bool whitened, Workspace& w,
-                              double* null_rates) {
+inline void project_reference(Rows<M> m, const Problem& p, const System& s, double threshold, bool whitened,
+                              Workspace& w, double* null_rates) {
   double b[kStride] = {0, 0, 0, 0, 0, 0, 0, 0};
   for (int j = 0; j < s.k; ++j) {
     null_rates[j] = p.reference[w.joint[j]] / w.scale[j];

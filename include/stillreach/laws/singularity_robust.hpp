@@ -1,5 +1,6 @@
-// The singularity-robust inverse with failed joints, eq. (5) to (8) of Bedrossian (1994), damped by a number, by eq. (16)
-// or by eq. (10). Rates are dq = D u with D the bound on the side that a joint moves to; norm and damping act on u.
+// The singularity-robust inverse with failed joints, eq. (5) to (8) of Bedrossian (1994), damped by a number, by eq.
+// (16) or by eq. (10). Rates are dq = D u with D the bound on the side that a joint moves to; norm and damping act on
+// u.
 #pragma once
 
 #include "stillreach/laws/damping.hpp"
@@ -27,9 +28,11 @@ inline void write_shapes(Rows<M> m, const Spectrum& sp, int k, Workspace& w) {
     Pack low = {}, high = {};
     for (int r = 0; r < m(); ++r) {
       const Pack a = broadcast(w.columns[i * kStride + r]);
-      low = madd(a, load(across[r]), low), high = madd(a, load(across[r] + 4), high);
+      low = madd(a, load(across[r]), low);
+      high = madd(a, load(across[r] + 4), high);
     }
-    store(w.shapes + 6 * i, low), store(w.shapes + 6 * i + 4, high);  // the next row overwrites the last two
+    store(w.shapes + 6 * i, low);
+    store(w.shapes + 6 * i + 4, high);  // the next row overwrites the last two
   }
 }
 
@@ -41,7 +44,8 @@ inline double choose_damping(Rows<M> m, const LawSettings& law, const System& s,
   double largest = 0.0, square = 0.0;
   for (int j = 0; j < s.k; ++j) {
     const double u = magnitude(w.z[j]) * w.limit[j];
-    largest = larger(largest, u), square = madd(u, u, square);
+    largest = larger(largest, u);
+    square = madd(u, u, square);
   }
   const double size = law.norm == NormKind::EUCLIDEAN ? square_root(square) : largest;
   if (size <= 1.0 + kLimitSlack) return 0.0;
@@ -51,7 +55,8 @@ inline double choose_damping(Rows<M> m, const LawSettings& law, const System& s,
   if (harmless && law.damping == DampingKind::EXACT && !s.full && !offset) {
     for (int j = 0; j < s.k; ++j) w.target[j] = w.z[j];
     double steps;
-    harmless = exact_damping(m, StridedColumns{w.columns}, s.k, s.rhs, w.limit, law.norm, true, in.factor, in.dual, w.target, kappa, steps);
+    harmless = exact_damping(m, StridedColumns{w.columns}, s.k, s.rhs, w.limit, law.norm, true, in.factor, in.dual,
+                             w.target, kappa, steps);
     out.iterations = static_cast<int>(steps);
     for (int j = 0; harmless && j < s.k; ++j) w.z[j] = w.target[j];
     if (harmless) return kappa;
@@ -62,8 +67,16 @@ inline double choose_damping(Rows<M> m, const LawSettings& law, const System& s,
     spectrum(m(), w.columns, nullptr, s.k, law.rank_tolerance, w.work, in.spectrum);
   const Spectrum& sp = in.spectrum;
   DampingSearch d;
-  d.k = s.k, d.rank = sp.rank, d.shapes = w.shapes, d.terms = w.work, d.limit = w.limit, d.offset = offset ? w.offset : nullptr;
-  for (int j = 0; j < sp.rank; ++j) d.beta[j] = dot(m, sp.left[j], s.rhs), d.square[j] = sp.sigma[j] * sp.sigma[j];
+  d.k = s.k;
+  d.rank = sp.rank;
+  d.shapes = w.shapes;
+  d.terms = w.work;
+  d.limit = w.limit;
+  d.offset = offset ? w.offset : nullptr;
+  for (int j = 0; j < sp.rank; ++j) {
+    d.beta[j] = dot(m, sp.left[j], s.rhs);
+    d.square[j] = sp.sigma[j] * sp.sigma[j];
+  }
   write_shapes(m, sp, s.k, w);
   unwhiten(s, w, 6, w.shapes);
   if (law.damping == DampingKind::EXACT) {
@@ -81,9 +94,11 @@ inline double choose_damping(Rows<M> m, const LawSettings& law, const System& s,
   return kappa;
 }
 
-// Whether the columns have full rank, of which a damped answer says nothing where its damping hides the small singular values.
+// Whether the columns have full rank, of which a damped answer says nothing where its damping hides the small singular
+// values.
 template <int M>
-inline bool has_full_rank(Rows<M> m, const LawSettings& law, const Problem& p, const System& s, double kappa, const Inner& in, Workspace& w) {
+inline bool has_full_rank(Rows<M> m, const LawSettings& law, const Problem& p, const System& s, double kappa,
+                          const Inner& in, Workspace& w) {
   const int most = full_rank(p, s.k);
   if (!(kappa > 0.0) || in.way == InnerWay::SPECTRAL) return in.rank >= most;
   // 1 / trace of the inverse is at most the smallest eigenvalue
@@ -97,7 +112,9 @@ inline bool has_full_rank(Rows<M> m, const LawSettings& law, const Problem& p, c
 template <int M>
 inline bool damped_pass(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, Answer& out, System& s) {
   int k;
-  out.status = OK, out.damping = 0.0, out.iterations = 1;
+  out.status = OK;
+  out.damping = 0.0;
+  out.iterations = 1;
   find_working_joints(p, w.held, w, k, out.rates);
   s.k = k;
   if (k == 0) return false;
@@ -120,13 +137,15 @@ inline bool damped_pass(Rows<M> m, const LawSettings& law, const Problem& p, Wor
   if (offset)
     for (int j = 0; j < k; ++j) w.z[j] += w.offset[j];
   if (!has_full_rank(m, law, p, s, kappa, in, w) || s.idle) out.status |= SINGULAR;
-  out.damping = law.damping == DampingKind::NUMBER ? law.kappa : choose_damping(m, law, s, offset, w, in, out) * s.unit_a * s.unit_a;
+  out.damping = law.damping == DampingKind::NUMBER
+                    ? law.kappa
+                    : choose_damping(m, law, s, offset, w, in, out) * s.unit_a * s.unit_a;
   for (int j = 0; j < k; ++j) out.rates[w.joint[j]] = w.scale[j] * w.z[j];
   return true;
 }
 
-// Joints pushed against a bound at or beyond zero are held there; those that moved to the side with another bound get it.
-// True where something changed and the rest must be solved again.
+// Joints pushed against a bound at or beyond zero are held there; those that moved to the side with another bound get
+// it. True where something changed and the rest must be solved again.
 inline bool review_sides(const Problem& p, int k, int pass, Workspace& w, double* rates) {
   bool changed = false;
   for (int j = 0; j < k; ++j) {
@@ -136,17 +155,22 @@ inline bool review_sides(const Problem& p, int k, int pass, Workspace& w, double
     double extent = up ? p.upper[i] : -p.lower[i];
     if (pass >= kFreePasses && extent > w.extent[i]) extent = w.extent[i];
     if (!(extent > 0.0)) {
-      w.held[i] = 1, rates[i] = up ? p.upper[i] : p.lower[i], changed = true;
+      w.held[i] = 1;
+      rates[i] = up ? p.upper[i] : p.lower[i];
+      changed = true;
     } else if (extent != w.extent[i]) {
-      w.extent[i] = extent, changed = true;
+      w.extent[i] = extent;
+      changed = true;
     }
   }
   return changed;
 }
 
-// Adds the largest part, at most all, of the projected reference rate that leaves every working joint inside its bounds.
+// Adds the largest part, at most all, of the projected reference rate that leaves every working joint inside its
+// bounds.
 template <int M>
-inline void add_null_motion(Rows<M> m, const LawSettings& law, const Problem& p, const System& s, Workspace& w, double* rates) {
+inline void add_null_motion(Rows<M> m, const LawSettings& law, const Problem& p, const System& s, Workspace& w,
+                            double* rates) {
   project_reference(m, p, s, law.rank_tolerance, s.full, w, w.limit);
   double part = 1.0;
   for (int j = 0; j < s.k; ++j) {

@@ -1,20 +1,20 @@
 // L D L' of a small symmetric matrix with the inverse of L at hand, and the proof that it can be trusted.
 //
-// Cholesky of a Gram matrix squares the condition number and, on a rank-deficient one, gives silently wrong answers. The
-// inverse of L bounds the condition number rigorously, trace(G) trace(G^-1) >= cond(G), so that the cheap way is taken
-// only where it is known to be right; elsewhere spectrum.hpp factors the matrix itself.
+// Cholesky of a Gram matrix squares the condition number and, on a rank-deficient one, gives silently wrong answers.
+// The inverse of L bounds the condition number rigorously, trace(G) trace(G^-1) >= cond(G), so that the cheap way is
+// taken only where it is known to be right; elsewhere spectrum.hpp factors the matrix itself.
 #pragma once
 
 #include "stillreach/simd/packs.hpp"
 
 STILLREACH_BEGIN
 
-constexpr int kRows = 6;                   // most rows of a task
-constexpr int kStride = 8;                 // columns are kStride apart and end in zeros, so that they are whole packs
-constexpr double kPlainCondition = 1e4;    // of a Gram matrix: the answer is right to about 1e-12 as it is,
-constexpr double kPricedCondition = 300.0; // (where errors must be rounding: up to here)
-constexpr double kTwiceCondition = 1e6;    // and to the same after one step of refinement,
-constexpr double kRefinedCondition = 1e9;  // or after two
+constexpr int kRows = 6;                    // most rows of a task
+constexpr int kStride = 8;                  // columns are kStride apart and end in zeros, so that they are whole packs
+constexpr double kPlainCondition = 1e4;     // of a Gram matrix: the answer is right to about 1e-12 as it is,
+constexpr double kPricedCondition = 300.0;  // (where errors must be rounding: up to here)
+constexpr double kTwiceCondition = 1e6;     // and to the same after one step of refinement,
+constexpr double kRefinedCondition = 1e9;   // or after two
 
 // Number of rows, known to the compiler where M > 0.
 template <int M>
@@ -55,7 +55,8 @@ STILLREACH_INLINE void gram(Rows<M> m, const double* columns, const int* index, 
 // The same for one matrix (T double, F Factor) and for one a lane (Wide, LaneFactor). Loops over M are written out: the
 // numbers stay in registers.
 
-// Factors f.gram. Returns a proven upper bound of its condition number, infinity where it is not positive (or not a number).
+// Factors f.gram. Returns a proven upper bound of its condition number, infinity where it is not positive (or not a
+// number).
 template <int M, class T, class F>
 STILLREACH_INLINE T factor(F& f) {
   T w[kRows][kRows], trace = fill<T>(0.0), inverse_trace = fill<T>(0.0);

@@ -9,14 +9,14 @@ STILLREACH_BEGIN
 enum InnerWay { WIDE, TALL, SPECTRAL };
 
 struct Inner {
-  InnerWay way;      // how it was solved: Gram matrix of the rows, of the columns, or singular values
+  InnerWay way;  // how it was solved: Gram matrix of the rows, of the columns, or singular values
   int rank;
-  double condition;            // WIDE, TALL: upper bound of the Gram matrix's condition number
-  double dual[kStride];        // z = A' dual
-  double residual[kStride];    // b - A z
-  double inverse_square_sum;   // sum of 1 / (sigma^2 + kappa) over min(m, count) singular values
-  Factor factor;               // WIDE, TALL
-  Spectrum spectrum;           // SPECTRAL
+  double condition;           // WIDE, TALL: upper bound of the Gram matrix's condition number
+  double dual[kStride];       // z = A' dual
+  double residual[kStride];   // b - A z
+  double inverse_square_sum;  // sum of 1 / (sigma^2 + kappa) over min(m, count) singular values
+  Factor factor;              // WIDE, TALL
+  Spectrum spectrum;          // SPECTRAL
 };
 
 STILLREACH_INLINE const double* column_at(const double* columns, const int* index, int i) {
@@ -24,8 +24,8 @@ STILLREACH_INLINE const double* column_at(const double* columns, const int* inde
 }
 
 // residual = b - A z (kStride numbers each).
-STILLREACH_INLINE void residual_of(const double* columns, const int* index, int count, const double* rhs, const double* z,
-                                   double* residual) {
+STILLREACH_INLINE void residual_of(const double* columns, const int* index, int count, const double* rhs,
+                                   const double* z, double* residual) {
   Pack low = load(rhs), high = load(rhs + 4);
   for (int i = 0; i < count; ++i) {
     const double* a = column_at(columns, index, i);
@@ -37,14 +37,33 @@ STILLREACH_INLINE void residual_of(const double* columns, const int* index, int 
   store(residual + 4, high);
 }
 
-STILLREACH_INLINE int refinements(double condition, double plain) { return condition <= plain ? 0 : condition <= kTwiceCondition ? 1 : 2; }
+// to = A'u, u with zeros behind.
+STILLREACH_INLINE void multiply_columns(const double* columns, int count, const double* u, double* to) {
+  const Pack low = load(u), high = load(u + 4);
+  const auto along = [&](int i) {
+    return madd(load(columns + i * kStride + 4), high, load(columns + i * kStride) * low);
+  };
+  int i = 0;
+  for (; i + 4 <= count; i += 4) {
+    Pack p[4] = {along(i), along(i + 1), along(i + 2), along(i + 3)};
+    store(to + i, sums(p));
+  }
+  for (; i < count; ++i) {
+    const Pack p = along(i);
+    to[i] = (p[0] + p[2]) + (p[1] + p[3]);
+  }
+}
+
+STILLREACH_INLINE int refinements(double condition, double plain) {
+  return condition <= plain ? 0 : condition <= kTwiceCondition ? 1 : 2;
+}
 
 // plain: condition number up to which nothing is refined.
 // At least as many columns as rows: z = A' G^-1 b with G = A A' + kappa I, refined where G is not quite harmless (the
 // corrected seminormal equations; Bjorck, 1987). False where G cannot be trusted.
 template <int M>
-STILLREACH_INLINE bool solve_wide(Rows<M> m, const double* columns, const int* index, int count, const double* rhs, double kappa,
-                                  double* z, Inner& in, double plain) {
+STILLREACH_INLINE bool solve_wide(Rows<M> m, const double* columns, const int* index, int count, const double* rhs,
+                                  double kappa, double* z, Inner& in, double plain) {
   gram(m, columns, index, count, kappa, in.factor);
   in.condition = factor(m, in.factor);
   if (!(in.condition <= kRefinedCondition)) return false;
@@ -68,8 +87,8 @@ STILLREACH_INLINE bool solve_wide(Rows<M> m, const double* columns, const int* i
 
 // Fewer columns than rows: the Gram matrix of the columns, refined likewise. False where it cannot be trusted.
 template <int M>
-STILLREACH_INLINE bool solve_tall(Rows<M> m, const double* columns, const int* index, int count, const double* rhs, double kappa,
-                                  double* z, Inner& in, double plain) {
+STILLREACH_INLINE bool solve_tall(Rows<M> m, const double* columns, const int* index, int count, const double* rhs,
+                                  double kappa, double* z, Inner& in, double plain) {
   const Rows<0> size{count};
   double y[kRows];
   for (int i = 0; i < count; ++i) {
@@ -104,8 +123,9 @@ STILLREACH_INLINE bool solve_tall(Rows<M> m, const double* columns, const int* i
 
 // Any rank: by singular values. threshold as in spectrum(); work: 6 count numbers.
 template <int M>
-inline STILLREACH_NOINLINE void solve_spectral(Rows<M> m, const double* columns, const int* index, int count, const double* rhs,
-                                               double kappa, double threshold, double* work, double* z, Inner& in) {
+inline STILLREACH_NOINLINE void solve_spectral(Rows<M> m, const double* columns, const int* index, int count,
+                                               const double* rhs, double kappa, double threshold, double* work,
+                                               double* z, Inner& in) {
   spectrum(m(), columns, index, count, threshold, work, in.spectrum);
   const Spectrum& s = in.spectrum;
   in.way = InnerWay::SPECTRAL;

@@ -1,5 +1,5 @@
-// Rotations that make pairs of columns orthogonal (one-sided Jacobi), several pairs at once: those of one matrix in a pack, or
-// the same pair of each lane's.
+// Rotations that make pairs of columns orthogonal (one-sided Jacobi), several pairs at once: those of one matrix in a
+// pack, or the same pair of each lane's.
 #pragma once
 
 #include "stillreach/simd/packs.hpp"
@@ -12,7 +12,11 @@ struct Tournament {
   signed char rounds[5][3][2];
 };
 STILLREACH_INLINE constexpr Tournament tournament() {
-  return {{{{0, 1}, {2, 3}, {4, 5}}, {{0, 2}, {1, 4}, {3, 5}}, {{0, 4}, {1, 3}, {2, 5}}, {{0, 5}, {1, 2}, {3, 4}}, {{0, 3}, {1, 5}, {2, 4}}}};
+  return {{{{0, 1}, {2, 3}, {4, 5}},
+           {{0, 2}, {1, 4}, {3, 5}},
+           {{0, 4}, {1, 3}, {2, 5}},
+           {{0, 5}, {1, 2}, {3, 4}},
+           {{0, 3}, {1, 5}, {2, 4}}}};
 }
 
 template <class P, class M>
@@ -22,8 +26,8 @@ struct Rotations {
   P c, s;   // p becomes c p - s q, q becomes s p + c q
 };
 
-// From p'p, q'q and p'q, in the lanes of `where`. Once all cosines of a sweep are below 1e-8 and no rotation mixes columns
-// by more than that, relative to the smaller one, what the sweep leaves is their product: below the rounding.
+// From p'p, q'q and p'q, in the lanes of `where`. Once all cosines of a sweep are below 1e-8 and no rotation mixes
+// columns by more than that, relative to the smaller one, what the sweep leaves is their product: below the rounding.
 template <class P, class M>
 STILLREACH_INLINE Rotations<P, M> rotations(P pp, P qq, P pq, M where) {
   const P square = pq * pq, both = pp * qq, d = qq - pp, twice = pq + pq, zero = fill<P>(0.0);

@@ -1,5 +1,6 @@
-// Compact singular value decomposition of an m x k matrix, m <= 6, any k, any rank: Householder QR of its transpose with
-// column pivoting, then one-sided Jacobi on the small triangle (Drmac and Veselic, 2008). Keeps small singular values.
+// Compact singular value decomposition of an m x k matrix, m <= 6, any k, any rank: Householder QR of its transpose
+// with column pivoting, then one-sided Jacobi on the small triangle (Drmac and Veselic, 2008). Keeps small singular
+// values.
 #pragma once
 
 #include "stillreach/linear/factor.hpp"
@@ -8,13 +9,14 @@
 STILLREACH_BEGIN
 
 struct Spectrum {
-  int rank;                     // singular values above the threshold
-  int count;                    // min(m, k): those computed
-  double sigma[kRows];          // falling
-  double left[kRows][kRows];    // left[j]: unit left singular vector of sigma[j]
-  double right[kRows][kStride]; // Q right[j]: its right singular vector, Q the product of the reflections
-  // The reflections I - factor v v' of the QR; v is head_j, then the rest of column pivot[j] of `reflections` from j + 1 on.
-  int columns;                  // k
+  int rank;                      // singular values above the threshold
+  int count;                     // min(m, k): those computed
+  double sigma[kRows];           // falling
+  double left[kRows][kRows];     // left[j]: unit left singular vector of sigma[j]
+  double right[kRows][kStride];  // Q right[j]: its right singular vector, Q the product of the reflections
+  // The reflections I - factor v v' of the QR; v is head_j, then the rest of column pivot[j] of `reflections` from j +
+  // 1 on.
+  int columns;  // k
   int pivot[kRows];
   double head[kRows], factor[kRows];
   const double* reflections;
@@ -52,8 +54,8 @@ inline void jacobi(double (*triangle)[kStride], double (*right)[kStride]) {
 }
 
 // Sorts, splits off the lengths and counts the rank. threshold: relative to the largest, or absolute where negative.
-inline void finish_spectrum(int m, int count, double (*triangle)[kStride], const double (*right)[kStride], double threshold,
-                            Spectrum& s) {
+inline void finish_spectrum(int m, int count, double (*triangle)[kStride], const double (*right)[kStride],
+                            double threshold, Spectrum& s) {
   int order[kRows];
   double length[kRows];
   for (int j = 0; j < count; ++j) {
@@ -164,8 +166,8 @@ inline void apply_reflections(const Spectrum& s, const double* y, double* z) {
   }
 }
 
-// The same, without right singular vectors, from a trusted factor of the Gram matrix: its triangle L sqrt(D) has the matrix's
-// singular values.
+// The same, without right singular vectors, from a trusted factor of the Gram matrix: its triangle L sqrt(D) has the
+// matrix's singular values.
 inline void spectrum(int m, const Factor& f, double threshold, Spectrum& s) {
   double triangle[kRows][kStride] = {};
   for (int j = 0; j < m; ++j) {

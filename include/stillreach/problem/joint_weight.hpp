@@ -1,13 +1,14 @@
-// A full joint weight W2 in the paper's laws, eq. (7) and (8), positive semidefinite: with W2 = L diag(1 .. 1, 0 .. 0) L' the
-// rates are x = L^-T (z, y), and the weight is |z|^2. The rates y without weight serve what z leaves of the task,
-// y = B^+ (b - A z) with B their columns, so that z sees A and b without what B spans (Elden, 1982).
+// A full joint weight W2 in the paper's laws, eq. (7) and (8), positive semidefinite: with W2 = L diag(1 .. 1, 0 .. 0)
+// L' the rates are x = L^-T (z, y), and the weight is |z|^2. The rates y without weight serve what z leaves of the
+// task, y = B^+ (b - A z) with B their columns, so that z sees A and b without what B spans (Elden, 1982).
 #pragma once
 
 #include "stillreach/problem/system.hpp"
 
 STILLREACH_BEGIN
 
-constexpr double kWeightless = 1e-12;  // part of a joint's weight below which the rest, given the other joints', is rounding
+constexpr double kWeightless =
+    1e-12;  // part of a joint's weight below which the rest, given the other joints', is rounding
 
 // Exchanges two working joints before their columns are weighted.
 inline void exchange_joints(int a, int b, int k, int factored, Workspace& w) {
@@ -24,8 +25,8 @@ inline void exchange_joints(int a, int b, int k, int factored, Workspace& w) {
   for (int c = 0; c < factored; ++c) exchange(w.triangle[a * k + c], w.triangle[b * k + c]);
 }
 
-// w.triangle: L (row-major, k x k), with the identity behind the weighted directions, whose number is returned. The working
-// joints are put in the order of the pivots.
+// w.triangle: L (row-major, k x k), with the identity behind the weighted directions, whose number is returned. The
+// working joints are put in the order of the pivots.
 inline int factor_joint_weight(const Problem& p, int k, Workspace& w) {
   const auto weight = [&](int i, int j) { return p.metric.joints[std::ptrdiff_t{w.joint[i]} * p.n + w.joint[j]]; };
   double *L = w.triangle, *left = w.target;
@@ -67,8 +68,9 @@ inline void make_orthogonal(const double* columns, int first, int last, double* 
     }
 }
 
-// Full joint weight: w.columns become those of z = L' x, which has unit weight, made orthogonal to those of y; and w.whitened
-// what they were before. Columns of y that depend on each other are set to 0, with s.idle: their joints stay at rest.
+// Full joint weight: w.columns become those of z = L' x, which has unit weight, made orthogonal to those of y; and
+// w.whitened what they were before. Columns of y that depend on each other are set to 0, with s.idle: their joints stay
+// at rest.
 inline void whiten(const Problem& p, double rank_tolerance, System& s, Workspace& w) {
   if (!s.full) return;
   s.weighted = factor_joint_weight(p, s.k, w);
@@ -117,7 +119,8 @@ inline void unwhiten(const System& s, const Workspace& w, int count, double* x) 
 // -W_ww^-1 W_wf rates_f, and rates without weight serve the task. Writes that offset of the scaled working rates; the
 // right-hand side is moved along. False: no offset.
 template <int M>
-inline bool weight_offset(Rows<M> m, const Problem& p, const double* rates, const std::int8_t* held, System& s, Workspace& w) {
+inline bool weight_offset(Rows<M> m, const Problem& p, const double* rates, const std::int8_t* held, System& s,
+                          Workspace& w) {
   if (!s.full) return false;
   bool any = s.weighted < s.k;
   const double unit = s.unit_b / s.unit_a;

@@ -8,14 +8,14 @@ STILLREACH_BEGIN
 
 struct System {
   int m;
-  int k;             // working joints
-  double rhs[kStride]; // R (twist - J fixed rates), zeros behind
-  double unit_a;     // columns are divided by this power of two,
-  double unit_b;     // and the right-hand side by this one
-  int weighted;      // with a full joint weight: the joints' directions that have some,
-  bool idle;         // and whether others without depend on each other
-  bool full;         // a full joint weight is in use
-  bool finite;       // false: something overflowed or is NaN; there is no problem to solve
+  int k;                // working joints
+  double rhs[kStride];  // R (twist - J fixed rates), zeros behind
+  double unit_a;        // columns are divided by this power of two,
+  double unit_b;        // and the right-hand side by this one
+  int weighted;         // with a full joint weight: the joints' directions that have some,
+  bool idle;            // and whether others without depend on each other
+  bool full;            // a full joint weight is in use
+  bool finite;          // false: something overflowed or is NaN; there is no problem to solve
 };
 
 STILLREACH_INLINE double power_of_two_near(double a) {
@@ -25,7 +25,9 @@ STILLREACH_INLINE double power_of_two_near(double a) {
 }
 
 // 1 where `a` may be squared and summed, else the power of two to divide by.
-STILLREACH_INLINE double scaling_unit(double a) { return a == 0.0 || (a > 1e-60 && a < 1e60) ? 1.0 : power_of_two_near(a); }
+STILLREACH_INLINE double scaling_unit(double a) {
+  return a == 0.0 || (a > 1e-60 && a < 1e60) ? 1.0 : power_of_two_near(a);
+}
 
 // y = R x, R upper triangular or null for the identity.
 template <class T, int M>
@@ -62,7 +64,8 @@ inline void find_working_joints(const Problem& p, const std::int8_t* held, Works
   }
 }
 
-// The full joint weight of the working joints: k x k, row-major, into w.weight. Scaled rates are in joint units already.
+// The full joint weight of the working joints: k x k, row-major, into w.weight. Scaled rates are in joint units
+// already.
 inline void gather_joint_weight(const Problem& p, int k, Workspace& w) {
   for (int i = 0; i < k; ++i)
     for (int j = 0; j < k; ++j) w.weight[i * k + j] = p.metric.joints[std::ptrdiff_t{w.joint[i]} * p.n + w.joint[j]];
@@ -95,7 +98,8 @@ inline void solve_triangle(int k, const double* L, bool transposed, int count, d
 
 constexpr double kEndless = 2.0;  // [rad/s, m/s] what a joint without a rate limit counts as
 
-// The second largest rate limit in weighted units (the largest where there is no second): one generous joint changes nothing.
+// The second largest rate limit in weighted units (the largest where there is no second): one generous joint changes
+// nothing.
 struct TypicalRate {
   double largest = 0.0, second = 0.0;
   STILLREACH_INLINE void add(const Metric& metric, int n, int i, double limit) {
@@ -166,8 +170,8 @@ inline bool any_moves(const Problem& p) {
 
 // Right-hand side and columns. extent: n bounds of the damping laws (rate = extent u), or null.
 template <int M>
-inline System assemble(Rows<M> m, const Problem& p, const double* rates, const std::int8_t* held, int k, const double* extent,
-                       Workspace& w) {
+inline System assemble(Rows<M> m, const Problem& p, const double* rates, const std::int8_t* held, int k,
+                       const double* extent, Workspace& w) {
   System s;
   s.m = m();
   s.k = k;
@@ -204,7 +208,8 @@ inline System assemble(Rows<M> m, const Problem& p, const double* rates, const s
     sum += magnitude(load(a)) + magnitude(load(a + 4));
   }
   const double total = (sum[0] + sum[2]) + (sum[1] + sum[3]);
-  if (nearby * total > size && is_finite(nearby * total)) size = nearby * total;  // the reference moves the right-hand side
+  if (nearby * total > size && is_finite(nearby * total))
+    size = nearby * total;  // the reference moves the right-hand side
   s.finite = is_finite(total) && is_finite(size);
   if (s.finite && (scaling_unit(total) != 1.0 || scaling_unit(size) != 1.0)) rescale(s, total, size, w);
   return s;

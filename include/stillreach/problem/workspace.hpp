@@ -8,30 +8,30 @@ STILLREACH_BEGIN
 
 struct Workspace {
   int n;
-  double* columns;   // 8 n: weighted Jacobian of the working joints
-  double* work;      // 7 n: QR, and n more
-  double* shapes;    // 8 n: rate of each working joint per unit of each singular direction
-  double* scale;     // n
-  double* limit;     // n
-  double* lower;     // n
-  double* upper;     // n
-  double* z;         // n
-  double* target;    // n
-  double* offset;    // n
-  double* extent;    // n
-  double* length;    // n: of the columns
-  double* other;     // n: rates of another answer
-  double* whitened;  // 8 n where a full joint weight is used, else null
-  double* triangle;  // n * n, likewise
-  double* weight;    // n * n, likewise: the joint weight seen by the scaled working joints
-  double* whole;     // n * n, likewise: Cholesky factor of that weight
-  double* second;    // n, likewise
-  double* third;     // n, likewise
-  int* joint;        // n: the working joints
-  int* index;        // n
-  int* releases;     // n
-  std::int8_t* state;  // n
-  std::int8_t* held;   // n
+  double* columns;            // 8 n: weighted Jacobian of the working joints
+  double* work;               // 7 n: QR, and n more
+  double* shapes;             // 8 n: rate of each working joint per unit of each singular direction
+  double* scale;              // n
+  double* limit;              // n
+  double* lower;              // n
+  double* upper;              // n
+  double* z;                  // n
+  double* target;             // n
+  double* offset;             // n
+  double* extent;             // n
+  double* length;             // n: of the columns
+  double* other;              // n: rates of another answer
+  double* whitened;           // 8 n where a full joint weight is used, else null
+  double* triangle;           // n * n, likewise
+  double* weight;             // n * n, likewise: the joint weight seen by the scaled working joints
+  double* whole;              // n * n, likewise: Cholesky factor of that weight
+  double* second;             // n, likewise
+  double* third;              // n, likewise
+  int* joint;                 // n: the working joints
+  int* index;                 // n
+  int* releases;              // n
+  std::int8_t* state;         // n
+  std::int8_t* held;          // n
   std::int8_t* other_active;  // n
 };
 
@@ -41,14 +41,16 @@ STILLREACH_INLINE std::size_t workspace_doubles(int n, bool full_joint_weight) {
 STILLREACH_INLINE std::size_t workspace_ints(int n) { return 3 * to_size(n); }
 STILLREACH_INLINE std::size_t workspace_bytes(int n) { return 3 * to_size(n); }
 
-STILLREACH_INLINE Workspace make_workspace(int n, bool full_joint_weight, double* doubles, int* ints, std::int8_t* bytes) {
+STILLREACH_INLINE Workspace make_workspace(int n, bool full_joint_weight, double* doubles, int* ints,
+                                           std::int8_t* bytes) {
   Workspace w;
   w.n = n;
   w.columns = doubles;
   w.shapes = doubles + 8 * n;
   w.work = doubles + 16 * n;
   double* rest = doubles + 23 * n;
-  double** vectors[] = {&w.scale, &w.limit, &w.lower, &w.upper, &w.z, &w.target, &w.offset, &w.extent, &w.length, &w.other};
+  double** vectors[] = {&w.scale,  &w.limit,  &w.lower,  &w.upper,  &w.z,
+                        &w.target, &w.offset, &w.extent, &w.length, &w.other};
   for (double** v : vectors) {
     *v = rest;
     rest += n;

@@ -1,6 +1,6 @@
-// Independent problems at once, kLanes of them: a Wide holds a number of each, Lanes say which of them. Lane code does, in
-// each lane, the operations of the single tick in their order, so that both give the same bits; where a lane needs what only
-// the single tick does, it is left to it.
+// Independent problems at once, kLanes of them: a Wide holds a number of each, Lanes say which of them. Lane code does,
+// in each lane, the operations of the single tick in their order, so that both give the same bits; where a lane needs
+// what only the single tick does, it is left to it.
 #pragma once
 
 #if defined(STILLREACH_WIDE)
@@ -23,7 +23,9 @@ STILLREACH_INLINE Lanes no_lane() { return Lanes{0, 0, 0, 0}; }
 STILLREACH_INLINE Flags flag(Lanes where, std::int32_t status) { return where & static_cast<long long>(status); }
 STILLREACH_INLINE Wide join(const Pack* part) { return *part; }
 STILLREACH_INLINE Pack part_of(Wide a, int) { return a; }
-STILLREACH_INLINE Wide pick(const Wide* const* from, int r) { return Wide{from[0][r][0], from[1][r][1], from[2][r][2], from[3][r][3]}; }
+STILLREACH_INLINE Wide pick(const Wide* const* from, int r) {
+  return Wide{from[0][r][0], from[1][r][1], from[2][r][2], from[3][r][3]};
+}
 #endif
 
 STILLREACH_INLINE Wide wide(double a) { return fill<Wide>(a); }
@@ -31,7 +33,8 @@ STILLREACH_INLINE Lanes every_lane() { return ~no_lane(); }
 STILLREACH_INLINE Flags no_flag() { return flag(no_lane(), 0); }
 STILLREACH_INLINE Wide clamp(Wide a, Wide lower, Wide upper) { return larger(smaller(a, upper), lower); }
 
-// to[i] = the i-th numbers of the lanes' vectors of `count`. Four numbers each at a time; the last four may overlap those before.
+// to[i] = the i-th numbers of the lanes' vectors of `count`. Four numbers each at a time; the last four may overlap
+// those before.
 inline void load_lanes(const double* const* from, int count, Wide* to) {
   if (count < 4) {
     for (int i = 0; i < count; ++i)
@@ -42,7 +45,8 @@ inline void load_lanes(const double* const* from, int count, Wide* to) {
     const int i = next + 4 <= count ? next : count - 4;
     Pack part[4][kLanes / 4];
     for (int h = 0; h < kLanes / 4; ++h) {
-      Pack a = load(from[4 * h] + i), b = load(from[4 * h + 1] + i), c = load(from[4 * h + 2] + i), d = load(from[4 * h + 3] + i);
+      Pack a = load(from[4 * h] + i), b = load(from[4 * h + 1] + i), c = load(from[4 * h + 2] + i),
+           d = load(from[4 * h + 3] + i);
       transpose(a, b, c, d);
       part[0][h] = a;
       part[1][h] = b;

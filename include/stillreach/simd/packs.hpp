@@ -60,6 +60,26 @@ STILLREACH_INLINE Pack square_root(Pack a) {
 #endif
 }
 
+// Numbers of an array four at a time, and those that are left one by one: work(type, i) with a Pack or a double.
+template <class P>
+STILLREACH_INLINE P get(const double* a);
+template <>
+STILLREACH_INLINE Pack get<Pack>(const double* a) {
+  return load(a);
+}
+template <>
+STILLREACH_INLINE double get<double>(const double* a) {
+  return *a;
+}
+STILLREACH_INLINE void put(double* to, Pack a) { store(to, a); }
+STILLREACH_INLINE void put(double* to, double a) { *to = a; }
+template <class Work>
+STILLREACH_INLINE void in_packs(int count, Work work) {
+  int i = 0;
+  for (; i + 4 <= count; i += 4) work(Pack{}, i);
+  for (; i < count; ++i) work(0.0, i);
+}
+
 // 0 where all are numbers, else NaN.
 STILLREACH_INLINE double doubt_in(const double* a, int count) {
   double doubt = 0.0;
@@ -72,7 +92,8 @@ STILLREACH_INLINE double doubt_in(const double* a, int count) {
 
 #if defined(STILLREACH_PORTABLE_PACK)
 STILLREACH_INLINE double either(const Pack& a, const Pack& b, int i) { return i < 4 ? a[i] : b[i - 4]; }
-#define STILLREACH_SHUFFLE(a, b, i, j, k, l) Pack{either(a, b, i), either(a, b, j), either(a, b, k), either(a, b, l)}
+#define STILLREACH_SHUFFLE(a, b, i, j, k, l) \
+  Pack { either(a, b, i), either(a, b, j), either(a, b, k), either(a, b, l) }
 #elif defined(__clang__)
 #define STILLREACH_SHUFFLE(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
 #else

@@ -1,4 +1,5 @@
-// Pack and Mask for compilers without vectors: the same operators lane by lane, and so the same numbers to the last bit.
+// Pack and Mask for compilers without vectors: the same operators lane by lane, and so the same numbers to the last
+// bit.
 #pragma once
 
 #include "stillreach/config.hpp"
@@ -47,11 +48,11 @@ STILLREACH_INLINE unsigned long long lane_of(Mask a, int i) { return static_cast
   STILLREACH_LANEWISE(Pack, Pack, op, Pack, double)   \
   STILLREACH_LANEWISE(Pack, Pack, op, double, double) \
   STILLREACH_LANEWISE(Pack, double, op, Pack, double) \
-  STILLREACH_INLINE Pack& operator op##=(Pack& a, Pack b) { return a = a op b; }
+  STILLREACH_INLINE Pack& operator op## = (Pack & a, Pack b) { return a = a op b; }
 #define STILLREACH_BITS(op)                                 \
   STILLREACH_LANEWISE(Mask, Mask, op, Mask, long long)      \
   STILLREACH_LANEWISE(Mask, Mask, op, long long, long long) \
-  STILLREACH_INLINE Mask& operator op##=(Mask& a, Mask b) { return a = a op b; }
+  STILLREACH_INLINE Mask& operator op## = (Mask & a, Mask b) { return a = a op b; }
 #define STILLREACH_COMPARISON(op, Kind)                                              \
   STILLREACH_INLINE Mask operator op(Kind a, Kind b) {                               \
     Mask r;                                                                          \

@@ -55,7 +55,7 @@ STILLREACH_INLINE void store(double* p, Pack v) { STILLREACH_LIBRARY(memcpy)(p, 
 STILLREACH_INLINE bool is_finite(double a) { return a - a == 0.0; }  // also right when the compiler assumes no traps
 STILLREACH_INLINE double magnitude(double a) { return STILLREACH_LIBRARY(fabs)(a); }
 STILLREACH_INLINE Pack magnitude(Pack a) { return (Pack)((Mask)a & 0x7fffffffffffffffLL); }
-STILLREACH_INLINE double larger(double a, double b) { return a > b ? a : b; }    // b where either is NaN
+STILLREACH_INLINE double larger(double a, double b) { return a > b ? a : b; }  // b where either is NaN
 STILLREACH_INLINE double smaller(double a, double b) { return a < b ? a : b; }
 STILLREACH_INLINE double clamp(double a, double lower, double upper) { return larger(smaller(a, upper), lower); }
 STILLREACH_INLINE double square_root(double a) { return STILLREACH_LIBRARY(sqrt)(a); }

@@ -34,7 +34,7 @@ STILLREACH_INLINE Wide fill<Wide>(double a) {
   STILLREACH_INLINE Wide operator op(Wide a, Wide b) { return {_mm512_##name##_pd(a.all, b.all)}; } \
   STILLREACH_INLINE Wide operator op(Wide a, double b) { return a op fill<Wide>(b); }               \
   STILLREACH_INLINE Wide operator op(double a, Wide b) { return fill<Wide>(a) op b; }               \
-  STILLREACH_INLINE Wide& operator op##=(Wide& a, Wide b) { return a = a op b; }
+  STILLREACH_INLINE Wide& operator op## = (Wide & a, Wide b) { return a = a op b; }
 STILLREACH_ARITHMETIC(+, add)
 STILLREACH_ARITHMETIC(-, sub)
 STILLREACH_ARITHMETIC(*, mul)
@@ -51,9 +51,9 @@ STILLREACH_COMPARISON(==, _CMP_EQ_OQ)
 STILLREACH_COMPARISON(!=, _CMP_NEQ_UQ)
 #undef STILLREACH_COMPARISON
 
-#define STILLREACH_BITS(op)                                                                                    \
+#define STILLREACH_BITS(op)                                                                                   \
   STILLREACH_INLINE Lanes operator op(Lanes a, Lanes b) { return {static_cast<__mmask8>(a.bits op b.bits)}; } \
-  STILLREACH_INLINE Lanes& operator op##=(Lanes& a, Lanes b) { return a = a op b; }
+  STILLREACH_INLINE Lanes& operator op## = (Lanes & a, Lanes b) { return a = a op b; }
 STILLREACH_BITS(&)
 STILLREACH_BITS(|)
 STILLREACH_BITS(^)
@@ -98,8 +98,8 @@ STILLREACH_INLINE Pack part_of(Wide a, int half) {
 
 // The r-th numbers of eight vectors, one of each lane.
 STILLREACH_INLINE Wide pick(const Wide* const* from, int r) {
-  return {_mm512_setr_pd(from[0][r][0], from[1][r][1], from[2][r][2], from[3][r][3], from[4][r][4], from[5][r][5], from[6][r][6],
-                         from[7][r][7])};
+  return {_mm512_setr_pd(from[0][r][0], from[1][r][1], from[2][r][2], from[3][r][3], from[4][r][4], from[5][r][5],
+                         from[6][r][6], from[7][r][7])};
 }
 
 STILLREACH_END

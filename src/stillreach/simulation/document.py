@@ -103,6 +103,8 @@ def _in_joint_order(motion: NullMotion, arm: Arm) -> NullMotion:
 
 def _data(value: Any) -> Any:
     if isinstance(value, np.ndarray | np.generic):
+        if value.dtype.kind == "f" and np.all(np.isfinite(value)):
+            return value.tolist()
         value = value.tolist()
     if isinstance(value, float):
         return value if math.isfinite(value) else {"float": repr(value)}
