@@ -111,7 +111,8 @@ struct OnePrice {
       at = select(open, kappa, at);
     } while (++round < kOnePriceRounds && any(open));
     const T size = size_of(next), factor = most / size;
-    const Where full = ((kappa > fill<T>(0.0)) & (size > fill<T>(0.0))) | (size > most);
+    const Where damped = kappa > fill<T>(0.0), some = size > fill<T>(0.0), over = size > most;
+    const Where full = (damped & some) | over;
     STILLREACH_UNROLL for (int r = 0; r < M; ++r) next[r] = select(full, next[r] * factor, next[r]);
   }
 
@@ -223,8 +224,9 @@ struct OnePrice {
     for (int step = 0; step < kOnePriceSteps; ++step) {
       slack = 1e-15 * longest * size_of(u);
       solve_piece(live, next);
-      const Where top = climb(live, next), changed = v.classify(live, slack) | except(live, top);
-      const Where tight = except(live, changed) & (change <= fill<T>(kConverged));
+      const Where top = climb(live, next), moved = v.classify(live, slack), lower = except(live, top);
+      const Where changed = moved | lower, settled = except(live, changed), small = change <= fill<T>(kConverged);
+      const Where tight = settled & small;
       const Where done = tight & (condition < fill<T>(kPieceCondition));
       live = except(live, tight);
       found = found | done;
