@@ -9,7 +9,7 @@
 
 STILLREACH_BEGIN
 
-constexpr int kOnePriceSteps = 16;       // most pieces,
+constexpr int kOnePriceSteps = 8;        // most pieces,
 constexpr int kOnePriceRounds = 6;       // and factorisations on one of them
 constexpr double kSeries = 0.09;         // square of the relative change of u up to which its series does
 constexpr double kConverged = 1e-8;      // and from which on the next one is rounding
