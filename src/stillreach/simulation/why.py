@@ -16,6 +16,7 @@ from stillreach._words import direction as in_words
 from stillreach.batch import BatchSolution, solve_batch
 from stillreach.laws import KeepDirection, Law, LeastError
 from stillreach.simulation.commanded import in_axes
+from stillreach.status import Health
 from stillreach.task import UNIT_WEIGHTS, Task
 
 if TYPE_CHECKING:
@@ -93,7 +94,9 @@ class _Misses:
         size = np.linalg.norm(self.wanted, axis=1)
         self.undone = np.linalg.norm(self.left, axis=1)
         least = MISSED * size + NOTHING
-        self.missed = run.task_error > least
+        self.runaway = np.any(run.health == Health.RUNAWAY, axis=1)
+        braking = (size == 0.0) & ~self.runaway  # after the end of the motion
+        self.missed = (run.task_error > least) & ~braking
         self.impossible = self.missed & (self.undone > least)
         along = np.einsum("tm,tm->t", self.left, self.wanted)
         part = np.divide(self.undone**2, along, out=np.full(len(run), np.inf), where=along > 0.0)
@@ -165,21 +168,26 @@ def _impossible(misses: _Misses, stretch: tuple[int, int]) -> Why:
         tick = stretch[0]
     else:
         tick = int(np.argmax(worst))
-    since, until = float(misses.run.time[stretch[0]]), misses.ends(stretch)
     direction, possible = misses.barrier(tick)
+    runaway, first = bool(misses.runaway[tick]), stretch[0]
+    if possible < 0.0 and runaway:  # from its beginning, not from that of what was missed before
+        first += int(np.flatnonzero(~misses.runaway[first:tick])[-1] + 1) if not all(misses.runaway[first:tick]) else 0
+    since, until = float(misses.run.time[first]), misses.ends(stretch)
     instead, slower = _instead(misses, tick)
-    text = _limited(since, until, _along(misses, direction), possible)
+    text = _limited(since, until, _along(misses, direction), possible, runaway)
     text += _could(instead, slower, until is not None)
     if until is not None:
         text += "; open loop does not correct the error" if misses.run.scenario.loop == "open" else ""
     return Why(text, since, until, float(misses.run.time[tick]), direction, possible, instead)
 
 
-def _limited(since: float, until: float | None, direction: str, possible: float) -> str:
+def _limited(since: float, until: float | None, direction: str, possible: float, runaway: bool) -> str:
     """When the arm could do too little along a direction."""
     past = until is not None
+    moves = "moved" if past else "moves"
+    if possible < 0.0 and not runaway:
+        return f"{_when(since, until)} the braking arm {moves} the tool against {direction}"
     if possible < 0.0:
-        moves = "moved" if past else "moves"
         return (
             f"{_when(since, until)} a runaway joint {moves} the tool against {direction}, and the others cannot stop it"
         )

@@ -121,7 +121,7 @@ def test_names_that_mean_something_in_xml_come_back():
 
 @pytest.mark.parametrize("name", ["a\0b", "\x1b[31m", "\ud800", "\ufffe"])
 def test_names_that_xml_cannot_hold_are_refused(name):
-    with pytest.raises(sr.InputError, match="characters that XML can hold"):
+    with pytest.raises(sr.InputError, match="XML"):
         sr.Arm([sr.Joint(name=name)]).to_urdf()
 
 

@@ -245,3 +245,39 @@ def test_which_part_of_the_task_gave_way_and_by_how_much():
     parts = {"position": np.max(shift) > found.allowed_distance, "orientation": np.max(turn) > found.allowed_angle}
     assert found.gave_way == tuple(part for part, gave in parts.items() if gave)
     assert "position" in found.gave_way
+
+
+def test_an_arm_that_brakes_after_its_motion_has_no_runaway_joint():
+    """A fault ends before a motion that ends at full speed: the last ticks brake within the acceleration limits."""
+    scenario = sr.Scenario(
+        arm=sr.arms.panda(),
+        start=np.deg2rad([20, -45, 20, -125, 20, 95, 45]),
+        motion=[sr.ConstantTwist([-0.1, 0.05, 0.05, 0, 0, 0], 3.0), sr.Wait(0.05)],
+        faults=[sr.Fault("panda_joint4", at=1.0, until=2.5)],
+    )
+    why = sr.simulate(scenario).summary().why
+    assert why is not None
+    assert "runaway" not in why.sentence
+    assert why.since >= 1.0
+    assert why.until == pytest.approx(2.5, abs=0.05)
+
+
+def test_a_runaway_joint_is_blamed_from_its_own_time_on():
+    """The arm misses its command from 1 s on, when two joints lock; the third runs away at 2 s."""
+    scenario = sr.Scenario(
+        arm=sr.arms.panda(),
+        start=np.deg2rad([20, -45, 20, -125, 20, 95, 45]),
+        motion=sr.ConstantTwist([-0.1, 0.05, 0.05, 0, 0, 0], 4.0),
+        law=sr.KeepDirection(),
+        faults=[
+            sr.Fault("panda_joint4", at=1.0),
+            sr.Fault("panda_joint6", at=1.0),
+            sr.Fault("panda_joint5", at=2.0, kind=sr.Runaway(0.5)),
+        ],
+    )
+    run = sr.simulate(scenario)
+    assert run.task_error[150] > 0.01
+    why = run.summary().why
+    assert why is not None
+    assert why.sentence.startswith("from 2 s on a runaway joint moves the tool")
+    assert why.since == pytest.approx(2.0)
