@@ -154,3 +154,8 @@ def test_every_member_of_the_core_has_one_class_and_every_health_a_colour():
     assert {law.kind for law in LAWS} == set(LawKind)
     assert {kind.kind for kind in NULL_MOTIONS} == set(NullMotionKind) - {NullMotionKind.NONE}
     assert len(set(HEALTH_COLOURS.values())) == len(FAULTS)
+
+
+def test_scenario_files_leave_out_only_what_needs_a_python_function() -> None:
+    """A class derived from Gradient would inherit that, and be missing from files without an error."""
+    assert [kind.word for kind in ALL if not kind.in_files] == ["gradient"]
