@@ -76,4 +76,5 @@ void bind_arm(nb::module_& m);
 void bind_solution(nb::module_& m);
 void bind_solve(nb::module_& m);
 void bind_batch(nb::module_& m);
+void bind_inverse(nb::module_& m);
 void bind_controller(nb::module_& m);

@@ -4,6 +4,7 @@
 #include "stillreach/batch/batch.hpp"
 #include "stillreach/batch/batch_kinematics.hpp"
 #include "stillreach/batch/batch_rollout.hpp"
+#include "stillreach/batch/inverse.hpp"
 #include "stillreach/control/rollout.hpp"
 #include "stillreach/kinematics/arm.hpp"
 #include "stillreach/kinematics/coupled.hpp"
@@ -41,6 +42,10 @@ struct Kernel {
   void (*rollout_rows)(const BatchRollout& r, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory,
                        double* doubles);
   std::size_t (*rollout_doubles)(int n);
+  // Rows first to last - 1 of an inverse. doubles: inverse_doubles more.
+  void (*inverse_rows)(const Inverse& v, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory,
+                       double* doubles);
+  std::size_t (*inverse_doubles)(int n);
   // Rows first to last - 1 of poses, Jacobians, singular values. doubles: as many as that says, on a 64-byte boundary.
   void (*kinematics_rows)(const KinematicsBatch& b, std::ptrdiff_t first, std::ptrdiff_t last, double* doubles);
   std::size_t (*kinematics_doubles)(int n, int count, bool full_joint_weight);
@@ -95,6 +100,15 @@ inline Kernel make_kernel() {
     rollout_rows(r, first, last, w, own);
   };
   k.rollout_doubles = [](int n) { return rollout_doubles(n); };
+  k.inverse_rows = [](const Inverse& v, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory,
+                      double* doubles) {
+    const Batch& b = v.batch;
+    BatchMemory w = make_batch_memory(b.arm.n, b.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
+    InverseMemory own;
+    set_inverse_memory(b.arm.n, doubles, own);
+    inverse_rows(v, first, last, w, own);
+  };
+  k.inverse_doubles = [](int n) { return inverse_doubles(n); };
   k.batch_doubles = [](int n, bool full) { return batch_doubles(n, full); };
   k.batch_ints = [](int n) { return batch_ints(n); };
   k.batch_bytes = [](int n) { return batch_bytes(n); };

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from stillreach.errors import InputError as InputError
     from stillreach.errors import StillreachError as StillreachError
     from stillreach.faults import *
+    from stillreach.inverse import *
     from stillreach.laws import *
     from stillreach.rollouts import *
     from stillreach.simulation import *
@@ -32,7 +33,20 @@ if TYPE_CHECKING:
 # Names are imported on first use: `stillreach --version` needs none of them, nor NumPy.
 _MODULES = ("arms", "errors", "insight", "null_motions")
 _SINGLE = {"InputError": "errors", "StillreachError": "errors", "Solution": "_core"}
-_WHOLE = ("_cpp", "status", "arm", "bounds", "faults", "task", "laws", "batch", "rollouts", "control", "simulation")
+_WHOLE = (
+    "_cpp",
+    "status",
+    "arm",
+    "bounds",
+    "faults",
+    "task",
+    "laws",
+    "batch",
+    "rollouts",
+    "inverse",
+    "control",
+    "simulation",
+)
 """Modules whose ``__all__`` is public here, those that need least first."""
 
 

@@ -8,6 +8,7 @@ lists and NaN are never numbers here.
 
 from __future__ import annotations
 
+import math
 import operator
 import reprlib
 from collections.abc import Sequence
@@ -115,6 +116,8 @@ def scalar(name: str, value: Any, *, allow_inf: bool = False) -> float:
 
 def positive(name: str, value: Any, *, or_zero: bool = False, allow_inf: bool = False) -> float:
     """One number above zero (``or_zero``: or zero itself); InputError otherwise."""
+    if type(value) is float and 0.0 < value < math.inf:
+        return value
     expected = "a number of at least 0" if or_zero else "a number above 0"
     if not allow_inf:
         expected = expected.replace("a number", "a finite number")

@@ -32,7 +32,7 @@ LAYERS = (
     {"_forms", "_kinds", "_lists", "_reading", "_tables"},
     {"bounds", "faults", "null_motions", "task", "status", "insight"},
     {"laws"},
-    {"batch", "rollouts"},
+    {"batch", "inverse", "rollouts"},
     {"control"},
     {"simulation"},
     {"tolerance"},
@@ -42,7 +42,8 @@ LAYERS = (
 )
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names}
 PUBLIC_API = RANK["tolerance"]  # `import stillreach` brings in everything up to here
-ALLOWED = {(layer, "plot", "show") for layer in ("arm", "simulation")}  # (layer, function, imported layer)
+# (layer, function, imported layer)
+ALLOWED = {("arm", "inverse", "inverse"), *((layer, "plot", "show") for layer in ("arm", "simulation"))}
 HEADER_LAYERS = ("simd", "linear", "kinematics", "problem", "bounded", "laws", "control", "batch")
 LAST_HEADERS = {"kernel.hpp", "dispatch.hpp", "cuda.hpp"}  # config.hpp and types.hpp come first
 
@@ -71,12 +72,19 @@ def imported_modules(node: ast.AST, module: tuple[str, ...], is_package: bool) -
             yield tuple(name.split(".")[1:])
 
 
+def types_alone(node: ast.AST) -> bool:
+    """Whether a statement is for type checkers only."""
+    return isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+
+
 def upward_imports(source: str, module: tuple[str, ...], is_package: bool = False) -> list[str]:
     """The imports of one module, anywhere in it, that its layer may not have."""
     layer = module[0]
     found = []
 
     def visit(node: ast.AST, function: str) -> None:
+        if types_alone(node):
+            return
         for name in imported_modules(node, module, is_package):
             rank = RANK.get(name[0], PUBLIC_API) if name else PUBLIC_API
             if rank > RANK[layer] and (layer, function, name[0] if name else "") not in ALLOWED:
@@ -92,8 +100,7 @@ def upward_imports(source: str, module: tuple[str, ...], is_package: bool = Fals
 def run_at_import(node: ast.AST) -> Iterator[ast.AST]:
     """The statements below a node that run when their module is imported."""
     for child in ast.iter_child_nodes(node):
-        for_types = isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING"
-        if not for_types and not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+        if not types_alone(child) and not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
             yield child
             yield from run_at_import(child)
 

@@ -5,6 +5,7 @@
 
 #include "stillreach/batch/lane_laws.hpp"
 #include "stillreach/control/bounds.hpp"
+#include "stillreach/control/tracking.hpp"
 #include "stillreach/kinematics/coupled.hpp"
 #include "stillreach/kinematics/frames.hpp"
 #include "stillreach/kinematics/kinematics.hpp"
@@ -23,6 +24,7 @@ struct Batch {
   const double* q;          // rows of n
   const double* jacobians;  // rows of m x n, row-major
   const double* twist;      // rows of 6, or of m with Jacobians
+  const double* target;     // rows of 12, poses: the twist is the whole error of the pose. Null: twists are given
   const double* lower;      // rows of n
   const double* upper;
   const double* reference;  // rows of n
@@ -44,6 +46,7 @@ struct Batch {
   double* jacobian;     // rows of m x n, row-major
   std::int8_t* active;  // rows of n, Reason, negative at the lower bound
   std::int32_t* iterations;
+  double* error;  // rows of 6, with targets: the m task rows of the pose error
 };
 
 }  // namespace stillreach
@@ -154,8 +157,10 @@ inline bool answerable(const Batch& b, std::ptrdiff_t row) {
     for (int i = 0; i < n; ++i) doubt += b.q[row * n + i] - b.q[row * n + i];
   else
     for (int i = 0; i < b.m * n; ++i) doubt += b.jacobians[row * b.m * n + i] - b.jacobians[row * b.m * n + i];
-  const double* twist = b.twist + row * b.twist_stride;
-  for (int r = 0; r < (b.q ? 6 : b.m); ++r) doubt += twist[r] - twist[r];
+  if (!b.target) {
+    const double* twist = b.twist + row * b.twist_stride;
+    for (int r = 0; r < (b.q ? 6 : b.m); ++r) doubt += twist[r] - twist[r];
+  }
   if (b.reference)
     for (int i = 0; i < n; ++i)
       doubt += b.reference[row * b.reference_stride + i] - b.reference[row * b.reference_stride + i];
@@ -215,8 +220,13 @@ inline STILLREACH_NOINLINE void solve_alone(const Batch& b, std::ptrdiff_t row, 
   std::int8_t* active = w.bytes;
   if (!answerable(b, row)) return write_invalid(b, row, rates, active);
   const double* asked = b.twist + row * b.twist_stride;
+  double error[6];
   if (b.q) {
     arm_kinematics(b.arm, b.q + row * n, scratch, pose, jacobian);
+    if (b.target) {
+      pose_error(b.target + 12 * row, pose, error);
+      asked = error;
+    }
     if (b.every_row) {
       task = jacobian;
       for (int r = 0; r < 6; ++r) twist[r] = asked[r];
@@ -225,6 +235,8 @@ inline STILLREACH_NOINLINE void solve_alone(const Batch& b, std::ptrdiff_t row, 
       select_rows(b, pose, asked, twist);
     }
     if (b.pose) write_pose(pose, b.pose + 16 * row);
+    if (b.target)
+      for (int r = 0; r < m; ++r) b.error[6 * row + r] = twist[r];
   } else {
     for (int i = 0; i < n; ++i)
       for (int r = 0; r < m; ++r) task[m * i + r] = b.jacobians[(row * m + r) * n + i];
@@ -287,6 +299,18 @@ inline void write_more(const Batch& b, const std::ptrdiff_t* row, int lanes, con
   }
 }
 
+// The twists of rows with targets.
+template <int M>
+inline void lane_errors(const Batch& b, const std::ptrdiff_t* row, const Wide* pose, Wide* twist) {
+  for (int l = 0; l < kLanes; ++l) {
+    double at[12], error[6];
+    for (int r = 0; r < 12; ++r) at[r] = pose[r][l];
+    pose_error(b.target + 12 * row[l], at, error);
+    for (int r = 0; r < 6; ++r) twist[r][l] = error[r];
+    for (int r = 0; r < M; ++r) b.error[6 * row[l] + r] = error[b.rows[r]];
+  }
+}
+
 // One row a lane; lanes: bits of those that are wanted. Returns the bits of those that were answered.
 template <int M>
 inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool deep, BatchMemory& w) {
@@ -296,9 +320,11 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
   const auto point = [&](const double* base, std::ptrdiff_t stride) {
     for (int l = 0; l < kLanes; ++l) from[l] = base + row[l] * stride;
   };
-  point(b.twist, b.twist_stride);
-  load_lanes(from, b.q ? 6 : M, twist);
-  for (int r = 0; r < (b.q ? 6 : M); ++r) doubt += twist[r] - twist[r];
+  if (!b.target) {
+    point(b.twist, b.twist_stride);
+    load_lanes(from, b.q ? 6 : M, twist);
+    for (int r = 0; r < (b.q ? 6 : M); ++r) doubt += twist[r] - twist[r];
+  }
   LaneProblem p{n, w.jacobian, twist, w.lower, w.upper, b.metric};
   if (b.law.parts > 0) {
     p.typical = wide(w.typical);
@@ -309,6 +335,7 @@ inline int lane_pass(const Batch& b, const std::ptrdiff_t* row, int lanes, bool 
     load_lanes(from, n, w.q);
     arm_kinematics(b.arm, static_cast<const Wide*>(w.q), w.system.shapes, pose, w.jacobian);  // shapes: free until then
     for (int r = 9; r < 12; ++r) doubt += pose[r] - pose[r];                                  // a NaN in q ends up here
+    if (b.target) lane_errors<M>(b, row, pose, twist);
     if (!b.every_row) {
       for (int i = 0; i < n; ++i)
         for (int r = 0; r < M; ++r) w.task_jacobian[M * i + r] = w.jacobian[6 * i + b.rows[r]];

@@ -92,6 +92,12 @@ inline void rotation_error(const double* target, const double* R, double* vector
   for (int i = 0; i < 3; ++i) vector[i] = gain * v[i];
 }
 
+// The twist that leads from a pose to a target in unit time. pose, target: 12 numbers.
+inline void pose_error(const double* target, const double* pose, double* twist) {
+  for (int i = 0; i < 3; ++i) twist[i] = target[9 + i] - pose[9 + i];
+  rotation_error(target, pose, twist + 3);
+}
+
 STILLREACH_INLINE void bound_length(double* v, double largest) {
   const double length = square_root(madd(v[0], v[0], madd(v[1], v[1], v[2] * v[2])));
   if (length > largest)

@@ -22,6 +22,10 @@ from stillreach.arm.structure import Structure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from stillreach.faults import FaultKind
+    from stillreach.inverse import Inverse
+    from stillreach.task import Task
+
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Arm(Structure):
@@ -199,6 +203,56 @@ class Arm(Structure):
             InputError: if the shape is wrong or a value is not a finite number.
         """
         return self._each(self.model.jacobian, q, (6, self.n))
+
+    def inverse(
+        self,
+        poses: npt.ArrayLike,
+        start: npt.ArrayLike | None = None,
+        *,
+        locked: Iterable[str | int] | Mapping[str | int, npt.ArrayLike] = (),
+        faults: Mapping[str | int, FaultKind] | None = None,
+        task: Task | None = None,
+        starts: int = 100,
+        tolerance: float = 1e-9,
+        nearest: bool = False,
+        solutions: int = 1,
+        apart: float = 1e-3,
+        seed: int = 0,
+        threads: int | None = None,
+    ) -> Inverse:
+        """Joint positions that bring the tool to poses, within the position limits: the counterpart of ``forward``.
+
+        Gauss-Newton steps, each the least pose error inside limits and a trust region, from ``start`` and then from
+        random configurations. A result depends on its pose alone, not on the other poses or the number of threads.
+
+        Args:
+            poses: (..., 4, 4) [m] of the tool (or the task's point) in the base frame.
+            start: (n,) or (..., n) [rad, m] where the first search begins, or by joint name; None: at random.
+            locked: joints that stand still: names or indices, at their position in ``start``; or a mapping of joints
+                to positions [rad, m], one each, or several of which any will do.
+            faults: kinds of faults by joint: ``Locked`` (at its position in ``start``), ``Confined``, ``OneWay`` (from
+                its position in ``start``), ``Derated`` (which does not limit positions).
+            task: rows, frame, point and weights; None: all six rows at the arm's tool.
+            starts: the most searches for a pose; more find more of the difficult ones.
+            tolerance: [m, rad] largest entry of the error of a pose that counts as reached.
+            nearest: search for the configuration nearest to ``start``, rather than for any.
+            solutions: how many different configurations to find.
+            apart: [rad, m] the least largest joint difference between two different configurations.
+            seed: of the random starts.
+            threads: how many to use; None: the environment's STILLREACH_THREADS, or the processors at hand.
+
+        Returns:
+            The configurations, which poses were reached, and why others were not.
+
+        Raises:
+            InputError: if an argument is invalid.
+            UnknownJointError: if the arm has no such joint.
+        """
+        from stillreach.inverse import inverse
+
+        return inverse(
+            self, poses, start, locked, faults or {}, task, starts, tolerance, nearest, solutions, apart, seed, threads
+        )
 
     def singular_values(
         self, q: npt.ArrayLike, task: Asked | None = None, *, joints: Iterable[str | int] | None = None

@@ -1,0 +1,433 @@
+"""Inverse kinematics: the joint positions that bring the tool to a pose, with joints that stand still."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stillreach import _core, _door
+from stillreach._door import FloatArray
+from stillreach._words import direction, joined, shown
+from stillreach.arm import Arm
+from stillreach.arm.dexterity import directions, full_rates, least_speeds, task_jacobian
+from stillreach.batch import threads_of
+from stillreach.errors import InputError
+from stillreach.faults import FaultKind, fault_kind
+from stillreach.laws import LeastError
+from stillreach.status import Health
+from stillreach.task import Task, task_of
+
+__all__ = ["Inverse"]
+
+STEP = 0.6
+"""[rad] largest step of a revolute joint; a prismatic one moves at most this part of the arm's reach."""
+STEPS = 40
+"""Most steps of one start."""
+FEW = 3
+"""Starts for a pose that is farther away than the arm is long."""
+MOST_STARTS = 1_000_000
+MOST_CHOICES = 10_000
+"""Combinations of positions at which joints are held."""
+LAW = LeastError(price=None)
+
+FREE, AT_START, AT_VALUE = range(3)
+"""Hold of the core."""
+
+Held = Iterable[str | int] | Mapping[str | int, npt.ArrayLike]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Inverse:
+    """Joint positions for poses; ``str()`` says how many were reached. The leading axes (...) are those of the poses.
+
+    With ``solutions=S`` the arrays ``q`` and ``residual`` have one more axis, of length S, whose first ``found``
+    entries are valid and the others NaN.
+
+    Args:
+        arm: the arm.
+        task: rows, frame and point of the task; None: all six rows at the arm's tool.
+        poses: (..., 4, 4) [m].
+        tolerance: [m, rad] largest entry of a reached pose's error.
+        held: names of the joints that stood still.
+        q: (..., n) [rad, m]; where no start reached the pose, the closest configuration that was met.
+        residual: (...) [m, rad] largest entry of the pose error in the task's rows.
+        found: (...) int32 number of different configurations found, at most S.
+        too_far: (...) bool: the pose is farther away than the arm with all links stretched, so no arm of these lengths
+            reaches it.
+        starts: (...) int32 starts that were used.
+        steps: (...) int32 Gauss-Newton steps of all starts.
+    """
+
+    arm: Arm
+    task: Task | None
+    poses: FloatArray
+    tolerance: float
+    held: tuple[str, ...]
+    q: FloatArray
+    residual: FloatArray
+    found: npt.NDArray[np.int32]
+    too_far: npt.NDArray[np.bool_]
+    starts: npt.NDArray[np.int32]
+    steps: npt.NDArray[np.int32]
+
+    @property
+    def reached(self) -> npt.NDArray[np.bool_]:
+        """(...) bool: whether a configuration within the tolerance was found."""
+        return np.asarray(self.found > 0)
+
+    @property
+    def share(self) -> float:
+        """The share of the poses that are reached; NaN without poses."""
+        return float(np.mean(self.reached)) if self.found.size else math.nan
+
+    def explain(self, index: int | tuple[int, ...] = ()) -> str:
+        """What came out for one pose, in a sentence.
+
+        Args:
+            index: of the pose in the leading axes; () if there is one pose.
+
+        Raises:
+            InputError: if there is no such pose.
+        """
+        place = index if isinstance(index, tuple) else (index,)
+        try:
+            found, starts = int(self.found[place]), int(self.starts[place])
+        except (IndexError, TypeError, ValueError):
+            got = f"{index!r}"
+            raise InputError("index", got, f"the index of a pose in an array of shape {self.found.shape}") from None
+        if found:
+            return f"reached{f' in {found} ways' if found > 1 else ''} after {starts} start{'s' if starts > 1 else ''}"
+        at = self.q[place] if self.q.ndim == self.found.ndim + 1 else self.q[(*place, 0)]
+        off = f"the closest configuration is {self._distance(self.poses[place], at)} off"
+        if self.too_far[place]:
+            return f"out of reach: farther away than the stretched arm is long; {off}"
+        held = f" with {joined(self.held, 'and')} held" if self.held else ""
+        return f"not reached from {starts} start{'s' if starts > 1 else ''}{held}; {off}{self._ways_out(at)}"
+
+    def _distance(self, pose: FloatArray, q: FloatArray) -> str:
+        rows = range(6) if self.task is None else self.task.indices
+        own = self.arm
+        if self.task is not None and self.task.tool is not None:
+            own = own.with_tool(own.tool @ self.task.tool)
+        T = own.forward(q)
+        turn = math.acos(float(np.clip((np.trace(T[:3, :3].T @ pose[:3, :3]) - 1.0) / 2.0, -1.0, 1.0)))
+        linear = sorted(row for row in rows if row < 3)
+        gap = pose[:3, 3] - T[:3, 3]
+        if self.task is not None and self.task.frame == "tool":
+            gap = T[:3, :3].T @ gap
+        parts = [shown(float(np.linalg.norm(gap[linear])), "m")] if linear else []
+        if any(row >= 3 for row in rows):
+            parts.append(shown(turn, "rad"))
+        return joined(parts, "and")
+
+    def _ways_out(self, q: FloatArray) -> str:
+        """What keeps the closest configuration from coming closer."""
+        free = np.array([name not in self.held for name in self.arm.joint_names])
+        J = task_jacobian(self.arm, q, self.task) * np.where(free, full_rates(self.arm.velocity_limits), 0.0)
+        rows = tuple(range(6)) if self.task is None else self.task.indices
+        lost = directions(J, least_speeds(rows)).lost.T
+        lower, upper = self.arm.position_limits.T
+        ends = [
+            f"{name} is at its {'lower' if q[i] <= lower[i] else 'upper'} limit"
+            for i, name in enumerate(self.arm.joint_names)
+            if free[i] and not lower[i] < q[i] < upper[i]
+        ]
+        words = [direction(twist, rows, signed=False) for twist in lost]
+        if words:
+            ends.insert(0, f"the tool cannot move along {joined(words, 'or')}")
+        return f"; there {joined(ends, 'and')}" if ends else ""
+
+    def __len__(self) -> int:
+        if not self.found.ndim:
+            raise TypeError("the result of one pose has no length")
+        return len(self.found)
+
+    def __str__(self) -> str:
+        if not self.found.ndim:
+            return self.explain()
+        total, reached, far = self.found.size, int(np.count_nonzero(self.found)), int(np.count_nonzero(self.too_far))
+        parts = [f"{reached} of {total} poses reached"]
+        if far:
+            parts.append(f"{far} out of reach")
+        if rest := total - reached - far:
+            parts.append(f"{rest} not reached from {int(self.starts.max(initial=0))} starts")
+        return "; ".join(parts)
+
+    def __repr__(self) -> str:
+        return f"<Inverse of {self.arm.name}: {self}>"
+
+
+def inverse(
+    arm: Arm,
+    poses: npt.ArrayLike,
+    start: npt.ArrayLike | None,
+    locked: Held,
+    faults: Mapping[str | int, FaultKind],
+    task: Task | None,
+    starts: int,
+    tolerance: float,
+    nearest: bool,
+    solutions: int,
+    apart: float,
+    seed: int,
+    threads: int | None,
+) -> Inverse:
+    """Joint positions for poses; arguments as for ``Arm.inverse``."""
+    fixed = _fixed(_Same(arm, task))
+    targets = _poses(poses)
+    shape = targets.shape[:-2]
+    count = math.prod(shape)
+    begin = None if start is None else _start(start, shape, arm)
+    if nearest and begin is None:
+        raise InputError("nearest", "True without start", "a start, to which the configurations are near")
+    room = _room(arm, locked, faults, begin) if locked or faults else fixed.room
+    far = fixed.too_far(targets.reshape(count, 4, 4))
+    most, ways = _door.count("starts", starts), _door.count("solutions", solutions)
+    if most > MOST_STARTS:
+        raise InputError("starts", str(most), f"at most {MOST_STARTS}")
+    allowed = np.full(count, most, dtype=np.int32)
+    allowed[far] = min(FEW, most)
+    given: dict[str, Any] = {
+        "poses": targets.reshape(count, 4, 4),
+        "step": fixed.step,
+        **vars(room),
+        "choices": len(room.values),
+        "starts": allowed,
+        "steps": STEPS,
+        "solutions": ways,
+        "apart": _door.positive("apart", apart),
+        "tolerance": _door.positive("tolerance", tolerance),
+        "nearest": bool(nearest),
+        "seed": _door.count("seed", seed, minimum=0),
+    }
+    if begin is not None:
+        given["start"] = begin
+    answers: dict[str, Any] = {
+        "q": np.full((count, ways, arm.n), np.nan),
+        "residual": np.full((count, ways), np.nan),
+        **{name: np.zeros(count, dtype=np.int32) for name in ("found", "used", "taken")},
+    }
+    own = fixed.task
+    _core.inverse(
+        fixed.law,
+        fixed.metric,
+        fixed.model,
+        own.indices,
+        own.frame == "tool",
+        count,
+        given,
+        answers,
+        threads_of(threads),
+    )
+    last = (ways,) if ways > 1 else ()
+    return Inverse(
+        arm=arm,
+        task=task,
+        poses=targets,
+        tolerance=float(tolerance),
+        held=room.held(arm),
+        q=answers["q"].reshape((*shape, *last, arm.n)),
+        residual=answers["residual"].reshape((*shape, *last)),
+        found=answers["found"].reshape(shape),
+        too_far=far.reshape(shape),
+        starts=answers["used"].reshape(shape),
+        steps=answers["taken"].reshape(shape),
+    )
+
+
+class _Same:
+    """An arm and a task as a key by identity: both are immutable, and comparing them takes longer than a search."""
+
+    def __init__(self, arm: Arm, task: Task | None) -> None:
+        self.arm, self.task = arm, task
+
+    def __hash__(self) -> int:
+        return hash((id(self.arm), id(self.task)))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and self.arm is other.arm and self.task is other.task
+
+
+@dataclass(frozen=True)
+class _Room:
+    """Where the joints may be, as the core reads it.
+
+    Args:
+        lower: (n,) lower position limits [rad, m].
+        upper: (n,) upper ones.
+        hold: (n,) FREE, AT_START or AT_VALUE.
+        values: (choices, n) positions of joints that are held at values; start s takes row s, in turns.
+        low_start: (n,) random starts lie from here
+        range: (n,) to this much further.
+        turns: (n,) 1 where a whole turn leads back to the same pose, and there are no limits.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    hold: npt.NDArray[np.int8]
+    values: FloatArray
+    low_start: FloatArray
+    range: FloatArray
+    turns: npt.NDArray[np.int8]
+
+    @classmethod
+    def of(
+        cls, arm: Arm, lower: FloatArray, upper: FloatArray, hold: npt.NDArray[np.int8], values: FloatArray
+    ) -> _Room:
+        """With random starts over the limits, or over two turns, or twice the reach, where there are none."""
+        most = np.where(arm.kinds == 1, arm.reach if math.isfinite(arm.reach) else 1.0, np.pi)
+        endless = ~(upper - lower <= 4.0 * most)
+        middle = np.clip(0.0, lower, upper)
+        low = np.where(endless, np.maximum(lower, middle - most), lower)
+        high = np.where(endless, np.minimum(upper, middle + most), upper)
+        turns = ((arm.kinds == 0) & ~np.isfinite(lower) & ~np.isfinite(upper)).astype(np.int8)
+        return cls(lower, upper, hold, values, np.ascontiguousarray(low), np.ascontiguousarray(high - low), turns)
+
+    def held(self, arm: Arm) -> tuple[str, ...]:
+        """Names of the joints that are held."""
+        return tuple(arm.joint_names[i] for i in np.flatnonzero(self.hold))
+
+
+@dataclass(frozen=True)
+class _Fixed:
+    """What depends on the arm and the task alone.
+
+    Args:
+        task: the task; all six rows at the arm's tool where none is given.
+        first: (3,) [m] the first joint's place.
+        length: [m] the largest distance of the task's point from there; inf where the task asks for no position.
+        step: (n,) largest steps [rad, m].
+    """
+
+    metric: _core.Metric
+    model: _core.ArmModel
+    task: Task
+    law: _core.Law
+    room: _Room
+    first: FloatArray
+    length: float
+    step: FloatArray
+
+    def too_far(self, targets: FloatArray) -> npt.NDArray[np.bool_]:
+        """(N,) whether the position of a pose is farther from the first joint than the stretched arm is long."""
+        way = targets[:, :3, 3] - self.first
+        return np.asarray(np.einsum("ij,ij->i", way, way) > self.length**2)
+
+
+@lru_cache(maxsize=32)
+def _fixed(key: _Same) -> _Fixed:
+    arm = key.arm
+    metric, model, task = task_of(arm, LAW.weights, key.task)
+    own = arm if task.tool is None else arm.with_tool(arm.tool @ task.tool)
+    first = own.joints[0].placement[:3, 3]
+    places = {0, 1, 2} <= set(task.indices)
+    lower, upper = (np.ascontiguousarray(side) for side in arm.position_limits.T)
+    return _Fixed(
+        metric,
+        model,
+        task,
+        LAW.core(task.row_names, arm.reach, task.weights),
+        _Room.of(arm, lower, upper, np.zeros(arm.n, dtype=np.int8), np.zeros((1, arm.n))),
+        first,
+        (own.reach - math.hypot(*first)) * (1.0 + 1e-12) if places else math.inf,
+        np.where(arm.kinds == 1, STEP * arm.reach, STEP),
+    )
+
+
+def _poses(poses: Any) -> FloatArray:
+    expected = "rigid transforms, an array (..., 4, 4)"
+    targets = _door.array("poses", poses, expected)
+    if targets.shape[-2:] != (4, 4):
+        raise InputError("poses", _door.describe(targets), expected)
+    return targets
+
+
+def _start(start: Any, shape: tuple[int, ...], arm: Arm) -> FloatArray:
+    """(n,) or (N, n) joint positions where the first search begins."""
+    begin = _door.configurations("start", start, arm.labels)
+    if begin.ndim == 1:
+        return begin
+    if begin.shape[:-1] != shape:
+        raise InputError(
+            "start", _door.describe(begin), f"({arm.n},) joint positions, or one for each of {shape} poses"
+        )
+    return begin.reshape(-1, arm.n)
+
+
+def _room(arm: Arm, locked: Any, faults: Any, begin: FloatArray | None) -> _Room:
+    """What locked joints and faults leave of the position limits."""
+    hold = np.zeros(arm.n, dtype=np.int8)
+    lower, upper = (np.ascontiguousarray(side) for side in arm.position_limits.T)
+    positions: dict[int, FloatArray] = {}
+    if isinstance(locked, str) or not isinstance(locked, Iterable):
+        raise InputError("locked", _door.describe(locked), "names of joints, or joints with their positions")
+    for joint in locked:
+        i = arm.joint_index(joint)
+        if hold[i]:
+            raise InputError("locked", f"{arm.joint_names[i]} twice", "each joint once")
+        hold[i] = AT_START
+        if isinstance(locked, Mapping):
+            hold[i] = AT_VALUE
+            values = _door.array("locked", locked[joint], f"a position of {arm.joint_names[i]}, or several").ravel()
+            if not len(values) or not np.isfinite(values).all():
+                got = _door.describe(locked[joint])
+                raise InputError("locked", got, f"finite positions of {arm.joint_names[i]} [{arm.joint_units[i]}]")
+            positions[i] = values
+    for joint, kind in _by_joint(faults).items():
+        i = arm.joint_index(joint)
+        if hold[i]:
+            raise InputError("faults", f"{arm.joint_names[i]}, which is locked", "each joint once")
+        _restrict(arm, i, fault_kind(f"faults[{joint!r}]", kind), begin, hold, lower, upper)
+    if begin is None and (hold == AT_START).any():
+        name = arm.joint_names[int(np.flatnonzero(hold == AT_START)[0])]
+        raise InputError("start", "None", f"the position at which {name} is locked, or locked={{{name!r}: position}}")
+    total = math.prod(len(values) for values in positions.values())
+    if total > MOST_CHOICES:
+        raise InputError("locked", f"{total} combinations of positions", f"at most {MOST_CHOICES}")
+    choices = np.zeros((total, arm.n))
+    for row, choice in enumerate(itertools.product(*positions.values())):
+        choices[row, list(positions)] = choice
+    return _Room.of(arm, lower, upper, hold, choices)
+
+
+def _by_joint(faults: Any) -> Mapping[str | int, Any]:
+    if not isinstance(faults, Mapping):
+        raise InputError("faults", _door.describe(faults), "a mapping of joints to faults, such as {'j4': Locked()}")
+    return faults
+
+
+def _restrict(
+    arm: Arm,
+    joint: int,
+    kind: FaultKind,
+    begin: FloatArray | None,
+    hold: npt.NDArray[np.int8],
+    lower: FloatArray,
+    upper: FloatArray,
+) -> None:
+    """What a fault leaves of a joint's range."""
+    name = arm.joint_names[joint]
+    if kind.health == Health.LOCKED:
+        hold[joint] = AT_START
+    elif kind.health == Health.CONFINED:
+        low, high = kind.numbers
+        lower[joint], upper[joint] = max(low, lower[joint]), min(high, upper[joint])
+        if lower[joint] > upper[joint]:
+            got = f"{name}, {kind.sentence(slides=bool(arm.kinds[joint]))}"
+            raise InputError("faults", got, "a range that is within its position limits")
+    elif kind.health == Health.ONE_WAY:
+        if begin is None or begin.ndim > 1:
+            raise InputError(
+                "start", _door.describe(begin), f"one position for all poses: {name} moves one way from it"
+            )
+        side = lower if kind.numbers[0] > 0.0 else upper
+        side[joint] = np.clip(begin[joint], lower[joint], upper[joint])
+    elif kind.health == Health.RUNAWAY:
+        raise InputError("faults", f"{name}, {kind.word}", "faults with which the tool can stand still")
