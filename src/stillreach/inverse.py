@@ -302,7 +302,8 @@ class _Fixed:
     Args:
         task: the task; all six rows at the arm's tool where none is given.
         first: (3,) [m] the first joint's place.
-        length: [m] the largest distance of the task's point from there; inf where the task asks for no position.
+        linear: axes of the positions that the task asks for.
+        length: [m] the largest distance of the task's point from there; inf where there is no such bound.
         step: (n,) largest steps [rad, m].
     """
 
@@ -312,12 +313,13 @@ class _Fixed:
     law: _core.Law
     room: _Room
     first: FloatArray
+    linear: list[int]
     length: float
     step: FloatArray
 
     def too_far(self, targets: FloatArray) -> npt.NDArray[np.bool_]:
         """(N,) whether the position of a pose is farther from the first joint than the stretched arm is long."""
-        way = targets[:, :3, 3] - self.first
+        way = (targets[:, :3, 3] - self.first)[:, self.linear]
         return np.asarray(np.einsum("ij,ij->i", way, way) > self.length**2)
 
 
@@ -327,7 +329,8 @@ def _fixed(key: _Same) -> _Fixed:
     metric, model, task = task_of(arm, LAW.weights, key.task)
     own = arm if task.tool is None else arm.with_tool(arm.tool @ task.tool)
     first = own.joints[0].placement[:3, 3]
-    places = {0, 1, 2} <= set(task.indices)
+    linear = [row for row in task.indices if row < 3]
+    bounded = len(linear) == 3 or (linear and task.frame == "base")
     lower, upper = (np.ascontiguousarray(side) for side in arm.position_limits.T)
     return _Fixed(
         metric,
@@ -336,7 +339,8 @@ def _fixed(key: _Same) -> _Fixed:
         LAW.core(task.row_names, arm.reach, task.weights),
         _Room.of(arm, lower, upper, np.zeros(arm.n, dtype=np.int8), np.zeros((1, arm.n))),
         first,
-        (own.reach - math.hypot(*first)) * (1.0 + 1e-12) if places else math.inf,
+        linear,
+        (own.reach - math.hypot(*first)) * (1.0 + 1e-12) if bounded else math.inf,
         np.where(arm.kinds == 1, STEP * arm.reach, STEP),
     )
 

@@ -40,14 +40,16 @@ struct Inverse {
   std::int32_t* taken;  // rows: steps, of all starts
 };
 
-constexpr int kInverseSlots = 64;  // rows in work at the same time
-constexpr int kMostStalls = 6;     // steps without progress that end a search
-constexpr int kNearStalls = 12;    // and those of one that is near its pose:
-constexpr double kNear = 1e-2;     // the size of its error was as small as this
-constexpr double kProgress = 0.9;  // a step makes progress that leaves at most this part of the error
-constexpr double kNarrow = 1e-3;   // the trust region at its smallest, as a part of the largest
-constexpr int kPolishSteps = 12;   // steps straight to the pose, after the nearest configuration was sought
-constexpr double kAtRest = 1e-9;   // a step this small is none
+constexpr int kInverseSlots = 64;   // rows in work at the same time
+constexpr int kMostStalls = 6;      // steps without progress that end a search
+constexpr int kNearStalls = 12;     // and those of one that is near its pose:
+constexpr double kNear = 1e-2;      // the size of its error was as small as this
+constexpr double kProgress = 0.9;   // a step makes progress that leaves at most this part of the error
+constexpr double kNarrow = 1e-3;    // the trust region at its smallest, as a part of the largest
+constexpr int kNearestSteps = 200;  // steps that seek the nearest configuration,
+constexpr int kPolishSteps = 12;    // and steps straight to the pose after them
+constexpr double kLeastPull = 1.0 / 64.0;
+constexpr double kAtRest = 1e-9;  // a step this small is none
 constexpr double kWholeTurn = 6.28318530717958648;
 
 }  // namespace stillreach
@@ -63,6 +65,8 @@ struct Search {
   double best, last, closest;  // sizes of the error: least of this start, a step ago, least of all starts
   double residual;             // largest entry of the error where it was least
   double radius;               // part of the largest step
+  double way, pull;  // the nearest one: squared distance from the start; part of the way back that a step asks for
+                     // way back that is asked for
 };
 
 // Rows of n each, but target (12), error (6).
@@ -124,7 +128,8 @@ inline void begin_start(const Inverse& v, int slot, InverseMemory& w) {
   ++v.used[s.row];
   s.step = s.stalls = 0;
   s.best = s.last = infinity();
-  s.radius = 1.0;
+  s.radius = s.pull = 1.0;
+  s.way = infinity();
 }
 
 inline void begin_row(const Inverse& v, std::ptrdiff_t row, int slot, InverseMemory& w) {
@@ -149,31 +154,34 @@ inline void set_step(const Inverse& v, int slot, InverseMemory& w) {
     const bool held = v.hold[i] != Hold::FREE;
     w.lower[at] = held ? 0.0 : larger(v.lower[i] - w.q[at], -most);
     w.upper[at] = held ? 0.0 : smaller(v.upper[i] - w.q[at], most);
-    if (v.nearest) w.reference[at] = s.step < v.steps ? w.origin[at] - w.q[at] : 0.0;
+    if (v.nearest) w.reference[at] = s.step < kNearestSteps ? s.pull * (w.origin[at] - w.q[at]) : 0.0;
   }
+}
+
+// Whether two configurations count as the same.
+inline bool alike(const Inverse& v, const double* a, const double* b) {
+  double most = 0.0;
+  for (int i = 0; i < v.batch.arm.n; ++i) {
+    const double off = magnitude(a[i] - b[i]);
+    most = larger(most, v.turns[i] ? smaller(off, magnitude(off - kWholeTurn)) : off);
+  }
+  return most < v.apart;
 }
 
 // A found configuration, unless it is one of those before.
 inline void keep_solution(const Inverse& v, int slot, double residual, InverseMemory& w) {
   const int n = v.batch.arm.n;
-  const std::ptrdiff_t row = w.search[slot].row;
-  double* to = v.q + row * v.solutions * n;
-  double* own = to + v.found[row] * n;
+  const std::ptrdiff_t row = w.search[slot].row, first = row * v.solutions;
+  double* own = w.q + slot * n;  // the search is over
   for (int i = 0; i < n; ++i) {
-    own[i] = w.q[slot * n + i];
     if (!v.turns[i] || v.hold[i] != Hold::FREE) continue;
     const double middle = v.start ? v.start[row * v.start_stride + i] : 0.0, magic = 0x1.8p52;
     own[i] -= kWholeTurn * ((own[i] - middle) / kWholeTurn + magic - magic);  // by the nearest number of turns
   }
-  for (int k = 0; k < v.found[row]; ++k) {
-    double most = 0.0;
-    for (int i = 0; i < n; ++i) {
-      const double off = magnitude(own[i] - to[k * n + i]);
-      most = larger(most, v.turns[i] ? smaller(off, magnitude(off - kWholeTurn)) : off);
-    }
-    if (most < v.apart) return;
-  }
-  v.residual[row * v.solutions + v.found[row]++] = residual;
+  for (int k = 0; k < v.found[row]; ++k)
+    if (alike(v, own, v.q + (first + k) * n)) return;
+  STILLREACH_LIBRARY(memcpy)(v.q + (first + v.found[row]) * n, own, sizeof(double) * to_size(n));
+  v.residual[first + v.found[row]++] = residual;
 }
 
 // What a solved step means: whether the row is done.
@@ -193,20 +201,27 @@ inline bool take_step(Rows<M> m, const Inverse& v, int slot, InverseMemory& w) {
   }
   double move = 0.0;
   for (int i = 0; i < n; ++i) move = larger(move, magnitude(rates[i]));
-  const bool nearing = v.nearest && s.step < v.steps && move > kAtRest;
+  const bool nearing = v.nearest && s.step < kNearestSteps && move > kAtRest * s.pull;
   bool over = false;
   if (residual <= v.tolerance && !nearing) {
     keep_solution(v, slot, residual, w);
     if (v.found[s.row] == v.solutions) return true;
     over = true;
   }
-  const bool worse = size > s.last;
+  if (nearing) {
+    double way = 0.0;
+    for (int i = 0; i < n; ++i) way = madd(q[i] - w.origin[slot * n + i], q[i] - w.origin[slot * n + i], way);
+    s.pull = way <= s.way ? smaller(1.2 * s.pull, 1.0) : larger(0.5 * s.pull, kLeastPull);
+    s.way = way;
+  }
+  const bool worse = size > s.last && !(nearing && size < kNear);
   if (!nearing && !(size <= kProgress * s.best)) ++s.stalls;
   s.best = smaller(s.best, size);
   s.last = size;
   ++s.step;
   const bool near = s.best < kNear;
-  if (over || s.stalls >= (near ? kNearStalls : kMostStalls) || s.step > v.steps + (v.nearest ? kPolishSteps : 0)) {
+  if (over || s.stalls >= (near ? kNearStalls : kMostStalls) ||
+      s.step > (v.nearest ? kNearestSteps + kPolishSteps : v.steps)) {
     if (s.start >= v.starts[s.row]) return true;
     begin_start(v, slot, w);
     return false;
