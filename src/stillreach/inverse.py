@@ -17,6 +17,7 @@ from stillreach._door import FloatArray
 from stillreach._words import direction, joined, shown
 from stillreach.arm import Arm
 from stillreach.arm.dexterity import directions, full_rates, least_speeds, task_jacobian
+from stillreach.arm.limits import sampling_range
 from stillreach.batch import threads_of
 from stillreach.errors import InputError
 from stillreach.faults import FaultKind, fault_kind
@@ -281,14 +282,10 @@ class _Room:
     def of(
         cls, arm: Arm, lower: FloatArray, upper: FloatArray, hold: npt.NDArray[np.int8], values: FloatArray
     ) -> _Room:
-        """With random starts over the limits, or over two turns, or twice the reach, where there are none."""
-        most = np.where(arm.kinds == 1, arm.reach if math.isfinite(arm.reach) else 1.0, np.pi)
-        endless = ~(upper - lower <= 4.0 * most)
-        middle = np.clip(0.0, lower, upper)
-        low = np.where(endless, np.maximum(lower, middle - most), lower)
-        high = np.where(endless, np.minimum(upper, middle + most), upper)
+        """With random starts over the limits, or a range of them."""
+        low, high = sampling_range(arm.kinds, lower, upper)
         turns = ((arm.kinds == 0) & ~np.isfinite(lower) & ~np.isfinite(upper)).astype(np.int8)
-        return cls(lower, upper, hold, values, np.ascontiguousarray(low), np.ascontiguousarray(high - low), turns)
+        return cls(lower, upper, hold, values, low, high - low, turns)
 
     def held(self, arm: Arm) -> tuple[str, ...]:
         """Names of the joints that are held."""

@@ -1,27 +1,12 @@
 // Batches with every buffer exactly as long as the headers ask for, under the sanitizers; each row has the bits that
 // the single tick's functions give for it.
-#include <cstdlib>
-
+#include "aligned.hpp"
 #include "check.hpp"
 #include "robot.hpp"
 
 namespace {
 
 using stillreach::Batch;
-
-// Numbers on a 64-byte boundary, not one more than asked for.
-struct Aligned {
-  double* data = nullptr;
-  explicit Aligned(std::size_t count) {
-    void* memory = nullptr;
-    CHECK(posix_memalign(&memory, 64, sizeof(double) * count) == 0);
-    data = static_cast<double*>(memory);
-    for (std::size_t i = 0; i < count; ++i) data[i] = -7e77;
-  }
-  Aligned(const Aligned&) = delete;
-  Aligned& operator=(const Aligned&) = delete;
-  ~Aligned() { std::free(data); }
-};
 
 struct BatchScratch {
   Aligned doubles;

@@ -59,12 +59,12 @@ IN_README = [line.partition("#")[0].strip() for line in README if line.startswit
 
 
 def test_the_readme_shows_every_command_that_looks_at_a_robot_or_moves_it() -> None:
-    assert {line.split()[1] for line in IN_README} == {"run", "compare", "inspect"}
+    assert {line.split()[1] for line in IN_README} == {"run", "compare", "inspect", "reach"}
 
 
 @pytest.mark.parametrize("line", IN_README)
 def test_a_shell_line_of_the_readme_works_as_it_is_printed(line: str, desk: Path) -> None:
-    without_picture = "" if " inspect " in line else " --no-plot"
+    without_picture = " --no-plot" if line.split()[1] in ("run", "compare") else ""
     assert shell(line + without_picture, desk).code == 0
 
 
@@ -78,11 +78,17 @@ def test_the_keys_of_run_and_compare_are_those_of_the_page(desk: Path) -> None:
 
 
 def test_the_keys_of_inspect_are_those_of_the_page(desk: Path) -> None:
-    section = PAGE.partition("`inspect`:")[2].partition("`arms --json`")[0]
+    section = PAGE.partition("`inspect`:")[2].partition("`reach`:")[0]
     found = json.loads(shell("stillreach inspect planar4 --json", desk).out)
     assert set(found) == listed(section)
     inner = {*found["joints"][0], *found["at"], *found["at"]["locked"][0]}
     assert inner <= set(re.findall(r"`(\w+)`", section))
+
+
+def test_the_keys_of_reach_are_those_of_the_page(desk: Path) -> None:
+    section = PAGE.partition("`reach`:")[2].partition("`arms --json`")[0]
+    found = json.loads(shell("stillreach reach planar4 --json --samples 5", desk).out)
+    assert {*found, *found["joints"][0]} == set(re.findall(r"`(\w+)`", section))
 
 
 def test_the_keys_of_arms_and_doctor_are_those_of_the_page(desk: Path) -> None:

@@ -64,3 +64,18 @@ def _pairs(name: str, value: npt.ArrayLike, n: int) -> FloatArray:
 def _set(changes: list[dict[str, Any]], field: str, values: FloatArray) -> None:
     for change, value in zip(changes, values.tolist(), strict=True):
         change[field] = value
+
+
+def sampling_range(kinds: npt.NDArray[np.int8], lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(n,) lower and upper ends of the positions that random configurations have [rad, m].
+
+    They are the limits; without one, and where they are more than two turns or 4 m apart, a range of one turn or 2 m.
+    """
+    span = np.where(kinds == 1, 1.0, np.pi)
+    wide = ~(upper - lower <= 4 * span) & np.isfinite(upper - lower)
+    middle = np.clip(0.0, lower, upper)
+    low = np.where(np.isfinite(lower), lower, np.minimum(upper, span) - 2 * span)
+    low = np.where(np.isfinite(lower) | np.isfinite(upper), low, -span)
+    low = np.where(wide, np.clip(middle - span, lower, upper - 2 * span), low)
+    high = np.where(np.isfinite(upper) & ~wide, upper, low + 2 * span)
+    return np.ascontiguousarray(low), np.ascontiguousarray(high)

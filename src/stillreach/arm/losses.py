@@ -24,6 +24,7 @@ from stillreach.arm.dexterity import (
     least_speeds,
     task_jacobian,
 )
+from stillreach.arm.limits import sampling_range
 from stillreach.errors import InputError
 
 if TYPE_CHECKING:
@@ -254,13 +255,6 @@ def _singular_values(J: FloatArray) -> FloatArray:
 
 
 def _configurations(arm: Arm) -> FloatArray:
-    """(CONFIGURATIONS, n) [rad, m] within the position limits, half a turn or 1 m to both sides where there are none.
-
-    They are random with a fixed seed.
-    """
-    lower, upper = arm.position_limits.T
-    span = np.where(arm.kinds == 1, 1.0, np.pi)
-    low = np.where(np.isfinite(lower), lower, np.minimum(upper, span) - 2 * span)
-    low = np.where(np.isfinite(lower) | np.isfinite(upper), low, -span)
-    high = np.where(np.isfinite(upper), upper, low + 2 * span)
+    """(CONFIGURATIONS, n) random configurations [rad, m] with a fixed seed."""
+    low, high = sampling_range(arm.kinds, *arm.position_limits.T)
     return np.random.default_rng(SEED).uniform(low, high, (CONFIGURATIONS, arm.n))
