@@ -485,7 +485,7 @@ void bind_controller(nb::module_& m) {
         return array;
       },
       nb::sig("def last_rates(self) -> numpy.typing.NDArray[numpy.float64]"), "(n,) the last commanded rates.");
-  bind_rollout(c);
+  bind_rollout(m, c);
   m.attr("RIGID_TOLERANCE") = stillreach::kRigid;
   m.def(
       "rigid",

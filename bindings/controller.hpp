@@ -52,4 +52,4 @@ struct Controller {
   bool update_gradient(const double* q, bool raise);
 };
 
-void bind_rollout(nb::class_<Controller>& c);
+void bind_rollout(nb::module_& m, nb::class_<Controller>& c);

@@ -11,8 +11,19 @@ static T* open_integers(View& view, const char* name, nb::handle array, long cou
   return static_cast<T*>(static_cast<void*>(view.data()));
 }
 
+// The plant of a simulation: its state, from chunk to chunk.
+struct SimulatedPlant {
+  std::vector<stillreach::Fault> faults;
+  std::vector<double> actual, told, seen;
+  stillreach::Plant plant{};
+  SimulatedPlant(int n, double follow, long dead, double resolution)
+      : faults(to_size(n)), actual(to_size(n)), told(to_size(dead * n)), seen(to_size(n)) {
+    plant = {faults.data(), follow, actual.data(), dead, told.data(), 0, resolution, nullptr, seen.data()};
+  }
+};
+
 static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle targets, nb::str integrator,
-                    bool advance, nb::dict record) {
+                    bool advance, SimulatedPlant* plant, nb::handle noise, nb::dict record) {
   const long n = c.n();
   const std::string method = integrator.c_str();
   if (method != "euler" && method != "rk4") refuse("integrator", "'" + method + "'", "'euler' or 'rk4'");
@@ -30,6 +41,9 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
       if (!kernel().read_pose(poses.data() + 16 * t, frames.data() + 12 * t))
         refuse("targets", "row " + std::to_string(t), "rigid transforms (4 x 4)");
   }
+  if (plant && static_cast<long>(plant->faults.size()) != n) refuse("plant", "a plant of another arm", "this arm's");
+  View errors;
+  if (!noise.is_none()) errors = strict("noise", noise, {steps, n}, false);
   std::vector<View> open;
   open.reserve(12);
   const auto numbers = [&](const char* name, std::initializer_list<long> shape) {
@@ -38,6 +52,7 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
   };
   stillreach::Record to{};
   to.q = numbers("q", {steps, n});
+  to.measured = numbers("measured", {steps, n});
   to.rates = numbers("rates", {steps, n});
   to.pose = numbers("pose", {steps, 4, 4});
   to.command = numbers("command", {steps, 6});
@@ -47,17 +62,20 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
   to.scale = numbers("scale", {steps});
   to.lower = numbers("lower", {steps, n});
   to.upper = numbers("upper", {steps, n});
-  View status, health, active;
+  View status, health, known, active;
   to.status = open_integers<std::int32_t>(status, "status", record["status"], steps, "int32");
   to.health = open_integers<std::int8_t>(health, "health", record["health"], steps * n, "int8");
+  to.known = open_integers<std::int8_t>(known, "known", record["known"], steps * n, "int8");
   to.active = open_integers<std::int8_t>(active, "active", record["active"], steps * n, "int8");
 
   std::vector<double> scratch(4 * to_size(n));
   std::vector<std::int8_t> scratch_active(to_size(n));
   const auto run = [&](long first, long count, const stillreach::Record& where) {
+    if (plant) plant->plant.noise = noise.is_none() ? nullptr : errors.data() + n * first;
     kernel().rollout(c.state, at.data(), commands.data() + 6 * stages * first,
                      frames.empty() ? nullptr : frames.data() + 12 * stages * first, count, stages, advance,
-                     c.scratch.memory(), c.answer, scratch.data(), scratch_active.data(), where);
+                     plant ? &plant->plant : nullptr, c.scratch.memory(), c.answer, scratch.data(),
+                     scratch_active.data(), where);
   };
   c.prepare(at.data(), true);
   if (!c.gradient.is_valid()) return run(0, steps, to);
@@ -65,6 +83,7 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
     if (t > 0) c.prepare(at.data(), true);
     stillreach::Record row = to;
     row.q += t * n;
+    row.measured += t * n;
     row.rates += t * n;
     row.pose += 16 * t;
     row.command += 6 * t;
@@ -76,17 +95,30 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
     row.upper += t * n;
     row.status += t;
     row.health += t * n;
+    row.known += t * n;
     row.active += t * n;
     run(t, 1, row);
   }
 }
 
-void bind_rollout(nb::class_<Controller>& c) {
+void bind_rollout(nb::module_& m, nb::class_<Controller>& c) {
+  nb::class_<SimulatedPlant>(m, "SimulatedPlant", "An arm with its true faults, late drives and encoders.")
+      .def(nb::init<int, double, long, double>(), nb::arg("n"), nb::kw_only(), nb::arg("follow"), nb::arg("dead"),
+           nb::arg("resolution"))
+      .def(
+          "set_fault",
+          [](SimulatedPlant& p, int joint, stillreach::Health health, double first, double second) {
+            if (joint < 0 || to_size(joint) >= p.faults.size()) refuse("joint", std::to_string(joint), "a joint");
+            p.faults[to_size(joint)] = {health, {first, second}};
+          },
+          nb::arg("joint"), nb::arg("health"), nb::arg("first"), nb::arg("second"));
   c.def(
       "rollout", &rollout, nb::arg("q"), nb::arg("twists"), nb::arg("targets").none() = nb::none(), nb::kw_only(),
-      nb::arg("integrator") = "euler", nb::arg("advance") = true, nb::arg("record"),
+      nb::arg("integrator") = "euler", nb::arg("advance") = true, nb::arg("plant").none() = nb::none(),
+      nb::arg("noise").none() = nb::none(), nb::arg("record"),
       "A chunk of simulated ticks from q (n,), which is moved along.\n\n"
       "twists (K, 6) commands, for \"rk4\" (2 K + 1, 6), one each half tick; targets (as many, 4, 4) poses to track, "
       "or None; "
+      "plant: what the arm makes of the rates, or None; noise (K, n) of its encoders, or None. "
       "record: arrays by the names of Run, K rows each; advance=False records K ticks at q and leaves it where it is.");
 }

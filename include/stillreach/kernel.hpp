@@ -31,8 +31,8 @@ struct Kernel {
   void (*tick)(ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory,
                Answer& out);
   void (*rollout)(ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages,
-                  bool advance, const Memory& memory, Answer& a, double* scratch, std::int8_t* scratch_active,
-                  const Record& to);
+                  bool advance, Plant* plant, const Memory& memory, Answer& a, double* scratch,
+                  std::int8_t* scratch_active, const Record& to);
   // Rows first to last - 1 of a batch. memory: as long as these say, doubles on a 64-byte boundary.
   void (*batch)(const Batch& b, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory);
   std::size_t (*batch_doubles)(int n, bool full_joint_weight);
@@ -83,10 +83,10 @@ inline Kernel make_kernel() {
     tick(c, q, twist, target, w, out);
   };
   k.rollout = [](ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages,
-                 bool advance, const Memory& memory, Answer& a, double* scratch, std::int8_t* scratch_active,
-                 const Record& to) {
+                 bool advance, Plant* plant, const Memory& memory, Answer& a, double* scratch,
+                 std::int8_t* scratch_active, const Record& to) {
     Workspace w = make_workspace(c.arm.n, c.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
-    rollout(c, q, twists, targets, steps, stages, advance, w, a, scratch, scratch_active, to);
+    rollout(c, q, twists, targets, steps, stages, advance, plant, w, a, scratch, scratch_active, to);
   };
   k.batch = [](const Batch& b, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory) {
     BatchMemory w = make_batch_memory(b.arm.n, b.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from stillreach import errors as errors
     from stillreach import insight as insight
     from stillreach import null_motions as null_motions
+    from stillreach import plants as plants
     from stillreach import tolerance as tolerance
     from stillreach._core import Solution as Solution
     from stillreach._cpp import *
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from stillreach.task import *
 
 # Names are imported on first use: `stillreach --version` needs none of them, nor NumPy.
-_MODULES = ("arms", "errors", "insight", "null_motions", "tolerance")
+_MODULES = ("arms", "errors", "insight", "null_motions", "plants", "tolerance")
 _SINGLE = {"InputError": "errors", "StillreachError": "errors", "Solution": "_core"}
 _WHOLE = (
     "_cpp",

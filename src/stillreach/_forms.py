@@ -18,6 +18,7 @@ UNITS = {
     "joint": "angle, or length for slides",
     "joint/s": "angle/s, or length/s for slides",
     "joint/s²": "angle/s², or length/s² for slides",
+    "arm": "angle; length for an arm of slides",
     "arm/s": "angle/s; length/s for an arm of slides",
 }
 """Units that depend on the joint, in words."""

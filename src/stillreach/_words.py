@@ -30,6 +30,11 @@ def shown_length(value: float) -> str:
     return f"{tidy(value)} m" if abs(value) >= 1.0 else f"{tidy(1000 * value)} mm"
 
 
+def shown_time(value: float) -> str:
+    """A time [s] in seconds from one on, else in milliseconds."""
+    return f"{tidy(value)} s" if value >= 1.0 else f"{tidy(1000 * value)} ms"
+
+
 def shown(value: float, joint_unit: str, *, rate: bool = False) -> str:
     """A joint's value (or rate) in degrees or millimetres (per second), from rad or m."""
     number = math.degrees(value) if joint_unit == "rad" else 1000 * value

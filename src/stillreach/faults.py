@@ -171,6 +171,7 @@ class Fault:
         at: onset [s].
         kind: one of FAULTS, e.g. Derated(0.2).
         until: [s] when the joint is restored; None: never.
+        known_after: [s] from the onset, and from the restoration, until the controller knows; inf: it never does.
     """
 
     joint: str | int = field(metadata=key(JointName(), "Name of the joint"))
@@ -180,7 +181,15 @@ class Fault:
         default=None, kw_only=True, metadata=key(MOMENT, "When the joint is restored; never if absent")
     )
 
+    known_after: float = field(
+        default=0.0,
+        kw_only=True,
+        metadata=key(Number("s", least=0.0, most=INF), "Time until the controller knows of onset and restoration"),
+    )
+
     def __post_init__(self) -> None:
+        known = _door.positive("known_after", self.known_after, or_zero=True, allow_inf=True)
+        object.__setattr__(self, "known_after", known)
         object.__setattr__(self, "at", _door.positive("at", self.at, or_zero=True))
         fault_kind("kind", self.kind)
         if self.until is not None:

@@ -113,13 +113,14 @@ void rollouts_take_nothing() {
   for (const NamedLaw& law : every_law()) {
     Robot robot(paper_chain(), law.settings);
     std::vector<double> q = Random(3).vector(n, 1.0), twists(6 * (2 * steps + 1), 0.3);
-    std::vector<double> rows(steps * (4 * n + 16 + 6 + 6 + 3)), scratch(4 * n);
+    std::vector<double> rows(steps * (5 * n + 16 + 6 + 6 + 3)), scratch(4 * n);
     std::vector<std::int32_t> status(steps);
-    std::vector<std::int8_t> health(steps * n), active(steps * n), scratch_active(n);
+    std::vector<std::int8_t> health(steps * n), known(steps * n), active(steps * n), scratch_active(n);
     double* at = rows.data();
     const auto take = [&](int count) { return std::exchange(at, at + steps * count); };
     stillreach::Record to{};
     to.q = take(n);
+    to.measured = take(n);
     to.rates = take(n);
     to.lower = take(n);
     to.upper = take(n);
@@ -131,11 +132,12 @@ void rollouts_take_nothing() {
     to.scale = take(1);
     to.status = status.data();
     to.health = health.data();
+    to.known = known.data();
     to.active = active.data();
     const long before = taken();
     for (int stages : {1, 2})
-      kernel().rollout(robot.state, q.data(), twists.data(), nullptr, steps, stages, true, robot.scratch.memory(),
-                       robot.answer, scratch.data(), scratch_active.data(), to);
+      kernel().rollout(robot.state, q.data(), twists.data(), nullptr, steps, stages, true, nullptr,
+                       robot.scratch.memory(), robot.answer, scratch.data(), scratch_active.data(), to);
     CHECK(taken() == before);
   }
 }

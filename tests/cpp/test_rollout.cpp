@@ -8,13 +8,14 @@ namespace {
 struct Rollout {
   int n;
   long steps;
-  std::vector<double> q, rates, pose, command, residual, task_error, damping, scale, lower, upper, scratch;
+  std::vector<double> q, measured, rates, pose, command, residual, task_error, damping, scale, lower, upper, scratch;
   std::vector<std::int32_t> status;
-  std::vector<std::int8_t> health, active, scratch_active;
+  std::vector<std::int8_t> health, known, active, scratch_active;
   Rollout(int joints, long rows)
       : n(joints),
         steps(rows),
         q(n * steps),
+        measured(n * steps),
         rates(n * steps),
         pose(16 * steps),
         command(6 * steps),
@@ -27,15 +28,16 @@ struct Rollout {
         scratch(4 * n),
         status(steps, -1),
         health(n * steps),
+        known(n * steps),
         active(n * steps),
         scratch_active(n) {}
   void run(Robot& robot, std::vector<double>& at, const std::vector<double>& twists, int stages, bool advance = true,
            const double* targets = nullptr) {
-    const stillreach::Record to{q.data(),          rates.data(),   pose.data(),  command.data(), residual.data(),
-                                task_error.data(), damping.data(), scale.data(), lower.data(),   upper.data(),
-                                status.data(),     health.data(),  active.data()};
-    kernel().rollout(robot.state, at.data(), twists.data(), targets, steps, stages, advance, robot.scratch.memory(),
-                     robot.answer, scratch.data(), scratch_active.data(), to);
+    const stillreach::Record to{q.data(),        measured.data(),   rates.data(),   pose.data(),  command.data(),
+                                residual.data(), task_error.data(), damping.data(), scale.data(), lower.data(),
+                                upper.data(),    status.data(),     health.data(),  known.data(), active.data()};
+    kernel().rollout(robot.state, at.data(), twists.data(), targets, steps, stages, advance, nullptr,
+                     robot.scratch.memory(), robot.answer, scratch.data(), scratch_active.data(), to);
   }
 };
 

@@ -18,13 +18,14 @@ from stillreach.cli._laws import parse_law
 from stillreach.faults import FAULTS, FaultKind
 from stillreach.laws import LAWS, Law
 from stillreach.null_motions import NULL_MOTIONS, NullMotion
+from stillreach.plants import PLANTS, Plant
 from stillreach.show.style import HEALTH_COLOURS
 from stillreach.simulation.course import Course
 from stillreach.simulation.motion import MOTIONS
 from tests.fuzzing.toml import written
 
 DOCS = Path(__file__).parents[2] / "docs"
-SETS = {"law": LAWS, "faults": FAULTS, "null_motion": NULL_MOTIONS, "motion": MOTIONS}
+SETS = {"law": LAWS, "faults": FAULTS, "null_motion": NULL_MOTIONS, "motion": MOTIONS, "plant": PLANTS}
 ALL = list(chain.from_iterable(SETS.values()))
 IN_FILES = [kind for kind in ALL if kind.in_files]
 ARM = sr.arms.planar(3)
@@ -81,6 +82,8 @@ def part(scenario, kind):
         return scenario.law
     if issubclass(kind, FaultKind):
         return scenario.faults[0].kind
+    if issubclass(kind, Plant):
+        return scenario.plant
     return scenario.null_motion if issubclass(kind, NullMotion) else scenario.motion[0]
 
 
@@ -96,7 +99,7 @@ def test_a_file_and_a_record_can_hold_it_and_it_runs(scenario, kind, tmp_path):
     assert vars(again).keys() == vars(part(loaded, kind)).keys()
 
 
-@pytest.mark.parametrize("base", [Law, FaultKind, NullMotion, Course])
+@pytest.mark.parametrize("base", [Law, FaultKind, NullMotion, Course, Plant])
 def test_every_class_of_a_set_is_in_its_table(base):
     classes, found = [base], set()
     while classes:
@@ -112,7 +115,8 @@ def test_words_are_words_and_no_two_are_the_same():
 
 @pytest.mark.parametrize("kind", ALL, ids=lambda kind: kind.word)
 def test_python_code_finds_it_by_name(kind):
-    home = sr.null_motions if issubclass(kind, NullMotion) else sr
+    homes = {NullMotion: sr.null_motions, Plant: sr.plants}
+    home = next((home for base, home in homes.items() if issubclass(kind, base)), sr)
     assert getattr(home, kind.__name__) is kind
     assert home is not sr or kind.__name__ in sr.__all__
 

@@ -175,8 +175,8 @@ inline void keep_solution(const Inverse& v, int slot, double residual, InverseMe
   double* own = w.q + slot * n;  // the search is over
   for (int i = 0; i < n; ++i) {
     if (!v.turns[i] || v.hold[i] != Hold::FREE) continue;
-    const double middle = v.start ? v.start[row * v.start_stride + i] : 0.0, magic = 0x1.8p52;
-    own[i] -= kWholeTurn * ((own[i] - middle) / kWholeTurn + magic - magic);  // by the nearest number of turns
+    const double middle = v.start ? v.start[row * v.start_stride + i] : 0.0;
+    own[i] -= kWholeTurn * nearest_integer((own[i] - middle) / kWholeTurn);
   }
   for (int k = 0; k < v.found[row]; ++k)
     if (alike(v, own, v.q + (first + k) * n)) return;

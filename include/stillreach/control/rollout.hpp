@@ -1,4 +1,5 @@
-// A chunk of simulated ticks: the controller in closed loop with an arm that does what it is told.
+// A chunk of simulated ticks: the controller in closed loop with an arm that does what it is told, or what its faults,
+// drives and encoders make of it.
 #pragma once
 
 #include "stillreach/control/controller.hpp"
@@ -7,23 +8,77 @@ namespace stillreach {
 
 // Where a chunk writes, one row a tick. Null: not wanted.
 struct Record {
-  double *q, *rates, *pose, *command, *residual, *task_error, *damping, *scale, *lower, *upper;
+  double *q, *measured, *rates, *pose, *command, *residual, *task_error, *damping, *scale, *lower, *upper;
   std::int32_t* status;
-  std::int8_t *health, *active;
+  std::int8_t *health, *known, *active;
+};
+
+// An arm that does not do what it is told: faults that the controller need not know, drives that follow late, encoders
+// that are off.
+struct Plant {
+  const Fault* faults;  // n, the true ones
+  double follow;        // part of the way to the rate it is told that a drive goes in a tick; 1: all of it
+  double* actual;       // n: rates
+  long dead;            // ticks until a rate arrives at the drive
+  double* told;         // dead rows of n: rates on their way
+  long next;            // the row that arrives next
+  double resolution;    // of the encoders, or 0
+  const double* noise;  // rows of n: what the encoders are off at each tick, or null
+  double* seen;         // n: what they say
 };
 
 }  // namespace stillreach
 
 STILLREACH_BEGIN
 
-inline void record_tick(const ControllerState& c, const double* q, const Answer& a, long row, const Record& to) {
+// The rate of a joint with this fault that is told another, at q. Within a range it stops at its ends.
+STILLREACH_INLINE double true_rate(const Fault& fault, double lower, double upper, double q, double period,
+                                   double rate) {
+  if (fault.health == Health::HEALTHY) return rate;
+  const Left left = left_by(fault, lower, upper);
+  rate = clamp(rate, left.lower, left.upper);
+  if (!has_range(left)) return rate;
+  return clamp(rate, smaller(left.range_lower - q, 0.0) / period, larger(left.range_upper - q, 0.0) / period);
+}
+
+// What the encoders say of q at tick t of a chunk.
+inline const double* measure(const Plant& plant, int n, const double* q, long t) {
+  for (int i = 0; i < n; ++i) {
+    double at = q[i];
+    if (plant.noise) at += plant.noise[t * n + i];
+    if (plant.resolution > 0.0) at = plant.resolution * nearest_integer(at / plant.resolution);
+    plant.seen[i] = at;
+  }
+  return plant.seen;
+}
+
+// From the rates that the drives are told to those of the joints, in place.
+inline void move(const ControllerState& c, Plant& plant, const double* q, double* rates) {
+  const int n = c.arm.n;
+  for (int i = 0; i < n; ++i) {
+    double rate = rates[i];
+    if (plant.dead > 0) {
+      double& queued = plant.told[plant.next * n + i];
+      rate = queued;
+      queued = rates[i];
+    }
+    rate = plant.follow < 1.0 ? madd(plant.follow, rate - plant.actual[i], plant.actual[i]) : rate;
+    rates[i] = plant.actual[i] = true_rate(plant.faults[i], c.rate_lower[i], c.rate_upper[i], q[i], c.period, rate);
+  }
+  if (plant.dead > 0) plant.next = (plant.next + 1) % plant.dead;
+}
+
+inline void record_tick(const ControllerState& c, const double* q, const double* seen, const Fault* truth,
+                        const Answer& a, long row, const Record& to) {
   const int n = c.arm.n;
   for (int i = 0; i < n; ++i) {
     to.q[row * n + i] = q[i];
+    to.measured[row * n + i] = seen[i];
     to.rates[row * n + i] = a.rates[i];
     to.lower[row * n + i] = c.lower[i];
     to.upper[row * n + i] = c.upper[i];
-    to.health[row * n + i] = static_cast<std::int8_t>(c.faults[i].health);
+    to.health[row * n + i] = static_cast<std::int8_t>(truth[i].health);
+    to.known[row * n + i] = static_cast<std::int8_t>(c.faults[i].health);
     to.active[row * n + i] = active_reason(a.active[i], c.lower_reason[i], c.upper_reason[i]);
   }
   write_pose(c.pose, to.pose + row * 16);
@@ -62,26 +117,28 @@ inline void runge_kutta(ControllerState& c, const double* q, const double* twist
 // steps ticks from q (n, moved along). stages 1: Euler, one command and one target a tick; 2: fourth-order Runge-Kutta
 // with rates from the law at each of its stages, commands and targets at every half tick (2 steps + 1 of them).
 // targets: 12 numbers each, or null. advance: false records and remembers, and leaves q where it is. scratch: 4 n
-// numbers, scratch_active: n.
+// numbers, scratch_active: n. plant: null where the arm does what it is told.
 inline void rollout(ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages,
-                    bool advance, Workspace& w, Answer& a, double* scratch, std::int8_t* scratch_active,
+                    bool advance, Plant* plant, Workspace& w, Answer& a, double* scratch, std::int8_t* scratch_active,
                     const Record& to) {
   const int n = c.arm.n;
   double* mean = scratch;
   for (long t = 0; t < steps; ++t) {
     const double* twist = twists + 6 * stages * t;
     const double* target = targets ? targets + 12 * stages * t : nullptr;
-    evaluate(c, q, twist, target, w, a);
-    record_tick(c, q, a, t, to);
+    const double* seen = plant ? measure(*plant, n, q, t) : q;
+    evaluate(c, seen, twist, target, w, a);
+    record_tick(c, q, seen, plant ? plant->faults : c.faults, a, t, to);
     for (int i = 0; i < n; ++i) mean[i] = a.rates[i];
     if (stages == 2 && advance) {
       std::int8_t* active = a.active;
       a.active = scratch_active;
-      runge_kutta(c, q, twist, target, w, a, scratch + n, mean);
+      runge_kutta(c, seen, twist, target, w, a, scratch + n, mean);
       a.active = active;
     }
     commit(c, a.rates, a.active);
     if (!advance) continue;
+    if (plant) move(c, *plant, q, mean);
     for (int i = 0; i < n; ++i) q[i] = madd(c.period, mean[i], q[i]);
   }
 }

@@ -58,6 +58,10 @@ STILLREACH_INLINE Pack magnitude(Pack a) { return (Pack)((Mask)a & 0x7ffffffffff
 STILLREACH_INLINE double larger(double a, double b) { return a > b ? a : b; }  // b where either is NaN
 STILLREACH_INLINE double smaller(double a, double b) { return a < b ? a : b; }
 STILLREACH_INLINE double clamp(double a, double lower, double upper) { return larger(smaller(a, upper), lower); }
+STILLREACH_INLINE double nearest_integer(double a) {  // below 2^51; larger numbers lose bits of no meaning
+  const double magic = 0x1.8p52;
+  return a + magic - magic;
+}
 STILLREACH_INLINE double square_root(double a) { return STILLREACH_LIBRARY(sqrt)(a); }
 #if defined(__CUDACC_RTC__)
 STILLREACH_INLINE double infinity() { return __longlong_as_double(0x7ff0000000000000); }

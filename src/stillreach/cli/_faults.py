@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from stillreach.simulation import Scenario
 
 
-def changed(name: str, *, law: str | None = None, fail: list[str], healthy: bool) -> Scenario:
+def changed(
+    name: str, *, law: str | None = None, fail: list[str], healthy: bool, known_after: str | None = None
+) -> Scenario:
     """A scenario from a file or by name, with the changes of the options.
 
     Args:
@@ -25,6 +27,7 @@ def changed(name: str, *, law: str | None = None, fail: list[str], healthy: bool
         law: text of another law; None keeps the scenario's.
         fail: texts of more faults.
         healthy: leave out the scenario's own faults.
+        known_after: text of the time after which the controller knows of each fault; None keeps the scenario's.
 
     Raises:
         InputError: if an option, the file or the name is invalid.
@@ -35,10 +38,24 @@ def changed(name: str, *, law: str | None = None, fail: list[str], healthy: bool
     scenario = Scenario.load(name)
     faults = () if healthy else tuple(scenario.faults)
     faults += tuple(parse_fault(scenario.arm, text) for text in fail)
+    if known_after is not None:
+        faults = tuple(replace(fault, known_after=_delay(known_after)) for fault in faults)
     chosen = scenario.law if law is None else parse_law(law, like=scenario.law)
-    description = "" if law or fail or healthy else scenario.description  # it describes the original scenario
+    description = (
+        "" if law or fail or healthy or known_after else scenario.description
+    )  # it describes the original scenario
     title = scenario.name or printable(Path(name).stem)
     return replace(scenario, faults=faults, law=chosen, name=title, description=description)
+
+
+def _delay(text: str) -> float:
+    """[s] of ``40ms``, ``0.04`` or ``never``."""
+    if text == "never":
+        return float("inf")
+    seconds = quantity("--known-after", text, {"s": 1.0, "ms": 1e-3})
+    if seconds < 0.0:
+        raise InputError("--known-after", repr(text), "a time of 0 s or later, such as 40ms, or never")
+    return seconds
 
 
 def parse_fault(arm: Arm, text: str) -> Fault:

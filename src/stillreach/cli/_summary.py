@@ -41,6 +41,7 @@ def facts(found: Summary) -> dict[str, Any]:
             "of_limit": found.rate and found.rate.value,
             "time": found.rate and found.rate.time,
         },
+        "unnoticed": [vars(late) for late in found.unnoticed],
         "faults": [_fault(scenario, fault) for fault in scenario.faults],
         "statuses": found.statuses,
         "held": found.held,
@@ -58,6 +59,7 @@ def _fault(scenario: Scenario, fault: Fault) -> dict[str, Any]:
         **vars(fault.kind),
         "at": fault.at,
         "until": fault.until,
+        "known_after": fault.known_after,
     }
 
 

@@ -36,6 +36,12 @@ def compare(
         list[str] | None, typer.Option(metavar="JOINT[@S][:KIND]", help="One more fault, as for run.")
     ] = None,
     healthy: Annotated[bool, typer.Option("--healthy", help="Leave out the scenario's own faults.")] = False,
+    known_after: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME", help="The controller learns of every fault this much later, e.g. 40ms; never: not at all."
+        ),
+    ] = None,
     within: Annotated[
         str | None, typer.Option(metavar="LENGTH[,ANGLE]", help="Distance from the goal that counts as arrived.")
     ] = None,
@@ -58,7 +64,7 @@ def compare(
     from stillreach.cli._terminal import console, print_json
 
     allowed = tolerances("--within", within)
-    chosen = changed(scenario, fail=fail or [], healthy=healthy)
+    chosen = changed(scenario, fail=fail or [], healthy=healthy, known_after=known_after)
     folder = folder_for(out, scenario)
     results = _results(chosen, parse_laws(laws or ",".join(law_texts()[0]), like=chosen.law), allowed)
     found = {"scenario": chosen.name, "laws": {name: facts(of) for name, of in results.summaries.items()}}

@@ -36,6 +36,12 @@ def run(
         ),
     ] = None,
     healthy: Annotated[bool, typer.Option("--healthy", help="Leave out the scenario's own faults.")] = False,
+    known_after: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME", help="The controller learns of every fault this much later, e.g. 40ms; never: not at all."
+        ),
+    ] = None,
     within: Annotated[
         str | None,
         typer.Option(
@@ -61,7 +67,7 @@ def run(
     from stillreach.cli._terminal import console, print_json
 
     allowed = tolerances("--within", within)
-    chosen = changed(scenario, law=law, fail=fail or [], healthy=healthy)
+    chosen = changed(scenario, law=law, fail=fail or [], healthy=healthy, known_after=known_after)
     folder = folder_for(out, scenario)
     record = _simulated(chosen)
     found = record.summary(allowed_distance=allowed[0], allowed_angle=allowed[1])

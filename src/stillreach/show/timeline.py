@@ -24,6 +24,8 @@ STATES = {
 }
 """The states of a joint and their colours."""
 
+UNKNOWN, HATCH = "unknown to controller", "////"
+
 FLAGS = (
     Status.SINGULAR,
     Status.DAMPED,
@@ -63,6 +65,12 @@ def timeline(ax: Axes, run: Run, ticks: np.ndarray) -> None:
             if spans:
                 used.add(state)
                 ax.broken_barh(spans, (row - BAR / 2, BAR), facecolors=colour, linewidth=0, label=name)
+        unknown = _spans(time, (run.health != run.known)[ticks, row])
+        if unknown:
+            used.add(UNKNOWN)
+            ax.broken_barh(
+                unknown, (row - BAR / 2, BAR), facecolors="none", edgecolors="black", linewidth=0, hatch=HATCH
+            )
     for row, flag in enumerate(flags, start=len(run.joint_names)):
         spans = _spans(time, (run.status[ticks] & flag.value) != 0)
         ax.broken_barh(spans, (row - BAR / 2, BAR), facecolors=FLAG_COLOUR, linewidth=0)
@@ -71,6 +79,7 @@ def timeline(ax: Axes, run: Run, ticks: np.ndarray) -> None:
     failed = np.flatnonzero(np.any(run.health != Health.HEALTHY, axis=0))
     _label(ax, names, {0, *failed.tolist(), *range(len(run.joint_names) - 1, len(names))})
     patches = [Patch(color=STATES[state], label=state) for state in STATES if state in used]
+    patches += [Patch(facecolor="none", edgecolor="black", linewidth=0, hatch=HATCH, label=UNKNOWN)] * (UNKNOWN in used)
     if patches:
         ax.legend(handles=patches, loc="upper left", bbox_to_anchor=(1.02, 1.03), borderaxespad=0.0, handlelength=1.2)
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from stillreach._words import direction, shown, shown_angle, shown_length, tidy
+from stillreach._words import direction, shown, shown_angle, shown_length, shown_time, tidy
 from stillreach.faults import Fault
 from stillreach.simulation.held import BOUND_WORDS
 from stillreach.simulation.scenario import Scenario
 from stillreach.status import IN_WORDS, Status
 
 if TYPE_CHECKING:
-    from stillreach.simulation.summary import Summary
+    from stillreach.simulation.summary import Summary, Unnoticed
 
 TOO_FAST = "but drives cannot follow rates above their limits"
 
@@ -21,6 +21,7 @@ def account(found: Summary) -> list[tuple[str, str]]:
     """The lines of a run's summary: names and sentences."""
     rows = [("arrived", verdict(found)), *([("why", found.why.sentence)] if found.why else [])]
     rows += [("gave way", _gave_way(found)), *_deviations(found), ("largest rate", _worst_rate(found))]
+    rows += [("unnoticed", text) if k == 0 else ("", text) for k, text in enumerate(map(_unnoticed, found.unnoticed))]
     rows += [("faults", text) if k == 0 else ("", text) for k, text in enumerate(fault_lines(found.run.scenario))]
     return [*rows, ("status", _statuses(found)), ("limited by", _held(found)), ("lost at the end", _lost(found))]
 
@@ -105,6 +106,17 @@ def _deviations(found: Summary) -> list[tuple[str, str]]:
     error = when(f"{tidy(found.task_error.value)} (weighted twist)", found.task_error.time)
     beside = [("off its path", f"at most {shown_length(found.beside)}")] if found.linear else []
     return [("farthest off", "; ".join(far)), *beside, ("task error", error)]
+
+
+def _unnoticed(late: Unnoticed) -> str:
+    """What the controller learned later, and what it cost."""
+    off = [shown_length(late.distance), shown_angle(late.angle)]
+    before = [shown_length(late.distance_before), shown_angle(late.angle_before)]
+    what = f"{late.joint} {late.what or 'restored'}"
+    moved = f"the tool {off[0]} and {off[1]} from its target (before: {before[0]} and {before[1]})"
+    if not late.noticed:
+        return f"{what}: the controller never knew; at the end {moved}"
+    return f"{what}: the controller knew after {shown_time(late.until - late.since)}; then {moved}"
 
 
 def _statuses(found: Summary) -> str:

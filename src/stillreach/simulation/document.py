@@ -17,17 +17,18 @@ from stillreach.errors import InputError
 from stillreach.faults import FAULTS, Fault
 from stillreach.laws import LAWS
 from stillreach.null_motions import NULL_MOTIONS, NullMotion
+from stillreach.plants import PLANTS
 from stillreach.simulation.motion import MOTIONS
 from stillreach.simulation.scenario import Scenario
 from stillreach.simulation.shapes import Waypoints
 from stillreach.task import Task, Weights
 
-FORMAT = 1
+FORMAT = 2
 """Format of the document; others are rejected."""
 PYTHON = "python"
 """Kind of a Python function; the document has its name."""
-KINDS: dict[str, Any] = {kind.word: kind for kind in (*LAWS, *FAULTS, *MOTIONS, *NULL_MOTIONS)}
-"""Every law, fault, motion and null motion that a document can hold."""
+KINDS: dict[str, Any] = {kind.word: kind for kind in (*LAWS, *FAULTS, *MOTIONS, *NULL_MOTIONS, *PLANTS)}
+"""Every law, fault, motion, null motion and plant that a document can hold."""
 PARTS = (Arm, Joint, Follower, Task, Weights, Fault)
 """Other classes of a document; their position identifies them."""
 
@@ -151,6 +152,7 @@ def _scenario(data: dict[str, Any]) -> Scenario:
         "arm": _arm(data["arm"]),
         "law": _of_kind(weighted(data["law"])),
         "task": Task(**task),
+        "plant": _of_kind(data["plant"]),
         "motion": [_of_kind(part) for part in data["motion"]],
         "faults": [Fault(**{**fault, "kind": _of_kind(fault["kind"])}) for fault in data["faults"]],
         "null_motion": data["null_motion"] and _null_motion(data["null_motion"]),

@@ -33,7 +33,7 @@ def bound_reasons(run: Run) -> np.ndarray:
     A derated joint at its reduced rate is at its velocity limit, unless that is 0.
     """
     reason = np.abs(run.active)
-    derated = (reason == Reason.FAULT) & (run.health == Health.DERATED) & (run.rates != 0.0)
+    derated = (reason == Reason.FAULT) & (run.known == Health.DERATED) & (run.rates != 0.0)
     return np.where(derated, 1, np.where(reason >= Reason.RATE, reason - 1, 0)).astype(np.int8)
 
 

@@ -95,9 +95,10 @@ class Record:
         time: (T,) [s].
         path_time: (T,) [s] time along the motion at which the tick's command was taken: ``time``, or less where the
             scenario's clock follows the arm.
-        q: (T, n) joint values at the tick [rad] or [m].
+        q: (T, n) true joint values at the tick [rad] or [m].
+        measured: (T, n) what the encoders said of them: the controller's input.
         rates: (T, n) rates commanded at the tick [rad/s] or [m/s].
-        pose: (T, 4, 4) pose of the tool (with the task's tool) in the base frame [m].
+        pose: (T, 4, 4) true pose of the tool (with the task's tool) in the base frame [m].
         target: (T, 4, 4) commanded pose of the tool at the tick [m].
         command: (T, 6) twist [v; w] given to the law, including feedback [m/s, rad/s].
         residual: (T, 6) that twist minus the twist of the rates [m/s, rad/s].
@@ -106,13 +107,15 @@ class Record:
         scale: (T,) fraction of the commanded twist that was the law's goal.
         status: (T,) bits of Status.
         lower, upper: (T, n) bounds of the rates [rad/s] or [m/s].
-        health: (T, n) Health of each joint.
+        health: (T, n) true Health of each joint.
+        known: (T, n) the Health that the controller knew of: later, where a fault has ``known_after``.
         active: (T, n) bound that each joint is at, as ``Solution.active``: 0 or a Reason, negative at the lower bound.
     """
 
     time: Annotated[Floats, Field("s", "time since the start")]
     path_time: Annotated[Floats, Field("s", "time along the motion of the tick's command")]
     q: Annotated[Floats, Field("joint", "joint values", JOINT)]
+    measured: Annotated[Floats, Field("joint", "measured joint values", JOINT)]
     rates: Annotated[Floats, Field(RATE, "commanded joint rates", JOINT)]
     pose: Annotated[Floats, Field(POSE_UNIT, "pose of the tool in the base frame", POSE)]
     target: Annotated[Floats, Field(POSE_UNIT, "commanded pose of the tool, in the base frame", POSE)]
@@ -127,6 +130,9 @@ class Record:
     lower: Annotated[Floats, Field(RATE, "lower bound of the joint rates", JOINT)]
     upper: Annotated[Floats, Field(RATE, "upper bound of the joint rates", JOINT)]
     health: Annotated[Codes, Field("1", "state of the joints", JOINT, np.int8, (min(HEALTHS), max(HEALTHS)), HEALTHS)]
+    known: Annotated[
+        Codes, Field("1", "known state of the joints", JOINT, np.int8, (min(HEALTHS), max(HEALTHS)), HEALTHS)
+    ]
     active: Annotated[
         Codes,
         Field(

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 class Run(Record):
     """The result of ``simulate``: a scenario and its record.
 
-    Its arrays by tick are those of ``Record``: time, q, rates, pose, target, command, residual, task_error, damping,
-    scale, status, lower, upper, health, active and path_time.
+    Its arrays by tick are those of ``Record``: time, q, measured, rates, pose, target, command, residual, task_error,
+    damping, scale, status, lower, upper, health, known, active and path_time.
 
     Attributes:
         scenario: the simulated scenario.

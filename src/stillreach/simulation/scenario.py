@@ -20,6 +20,7 @@ from stillreach.errors import InputError
 from stillreach.faults import Fault
 from stillreach.laws import Law, LeastError
 from stillreach.null_motions import NullMotion, checked_null_motion
+from stillreach.plants import KinematicPlant, Plant
 from stillreach.simulation.motion import TICK_TOLERANCE, Motion, checked_motion, ends
 from stillreach.simulation.plausible import goals_beyond_reach, start_outside
 from stillreach.simulation.record import row_bytes
@@ -58,6 +59,7 @@ class Scenario:
         motion: one part or a list of them, one after the other: ConstantTwist, Line, Circle, Waypoints or PoseTable;
             the last may be a function of time or a ConstantTwist without a duration. After the last part the commanded
             twist is zero.
+        plant: what the arm makes of the rates that it is told; None: KinematicPlant(), which does as it is told.
         faults: the faults. A fault begins and ends at the first tick at or after its time. Of two on one joint, the
             later one holds.
         law: the law; None: LeastError().
@@ -94,6 +96,7 @@ class Scenario:
     start: FloatArray
     motion: Sequence[Motion] | Motion
     faults: Sequence[Fault] = ()
+    plant: Plant | None = None
     law: Law | None = None
     task: Task | None = None
     period: float = 0.01
@@ -126,6 +129,7 @@ class Scenario:
             "start": _door.vector("start", self.start, self.arm.n, labels=self.arm.labels),
             "motion": checked_motion(self.motion),
             "faults": self._checked_faults(),
+            "plant": KinematicPlant() if self.plant is None else self.plant,
             "period": _door.positive("period", self.period),
             "clock": _door.choice("clock", self.clock, CLOCKS),
             "duration": self._checked_duration(),
@@ -134,6 +138,8 @@ class Scenario:
             "track_gain": _door.positive("track_gain", self.track_gain, or_zero=True),
             "allow_outside": self._checked_allow(),
         }
+        if not isinstance(checked["plant"], Plant):
+            raise InputError("plant", _door.describe(self.plant), "a plant, such as stillreach.plants.KinematicPlant()")
         for name, value in checked.items():
             object.__setattr__(self, name, value)
         self._refuse_too_long()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -33,6 +33,7 @@ class Schedule:
         T_start: (4, 4) [m] pose of the task's point at the start.
         stretches: the courses among the parts, by the index of the part.
         changes: for each tick at which faults begin or end, the changes in the joints' order.
+        known: the same for each tick at which the controller learns of changes.
     """
 
     motion: tuple[Motion, ...]
@@ -42,6 +43,7 @@ class Schedule:
     T_start: FloatArray
     stretches: Mapping[int, Stretch]
     changes: Mapping[int, Sequence[Change]]
+    known: Mapping[int, Sequence[Change]]
 
     @property
     def has_function(self) -> bool:
@@ -67,8 +69,8 @@ class Schedule:
         return poses
 
     def change_faults(self, controller: Controller, tick: int) -> None:
-        """Apply the faults and restorations of a tick to a controller."""
-        for joint, kind in self.changes.get(tick, ()):
+        """Tell a controller the faults and restorations that it learns of at a tick."""
+        for joint, kind in self.known.get(tick, ()):
             if kind is None:
                 controller.restore(joint)
             else:
@@ -89,28 +91,45 @@ def schedule_of(scenario: Scenario) -> Schedule:
     motion, T_start = checked_motion(scenario.motion), scenario.task_pose(scenario.start)
     starts = (0, *(scenario.tick_at(float(end)) for end in ends(motion)))
     courses = stretches(motion, starts, scenario.period, T_start)
-    return Schedule(motion, starts, scenario.steps, scenario.period, T_start, courses, _fault_changes(scenario))
+    return Schedule(motion, starts, scenario.steps, scenario.period, T_start, courses, *_fault_changes(scenario))
 
 
-def _fault_changes(scenario: Scenario) -> dict[int, list[Change]]:
-    """Changes of faults by tick.
+def _fault_changes(scenario: Scenario) -> tuple[dict[int, list[Change]], dict[int, list[Change]]]:
+    """Changes of faults by tick: the true ones, and those that the controller knows of."""
+    true: list[_Span] = []
+    known: list[_Span] = []
+    for place, fault in enumerate(scenario.faults):
+        joint = scenario.arm.joint_index(fault.joint)
+        for spans, delay in ((true, 0.0), (known, fault.known_after)):
+            first = scenario.tick_at(fault.at + delay)
+            end = scenario.steps + 1 if fault.until is None else scenario.tick_at(fault.until + delay)
+            if first < end:
+                spans.append(_Span(first, place, end, joint, fault.kind))
+    return _changes(true, scenario.steps), _changes(known, scenario.steps)
+
+
+class _Span(NamedTuple):
+    """The ticks of a fault, and its place in the list."""
+
+    first: int
+    place: int
+    end: int
+    joint: int
+    kind: FaultKind
+
+
+def _changes(spans: list[_Span], last: int) -> dict[int, list[Change]]:
+    """Changes by tick.
 
     Faults may overlap on one joint: the later one holds, and when it ends, the earlier one holds again.
     """
-    arm, last = scenario.arm, scenario.steps
-    spans = []
-    for place, fault in enumerate(scenario.faults):
-        first = scenario.tick_at(fault.at)
-        end = last + 1 if fault.until is None else scenario.tick_at(fault.until)
-        if first < end:
-            spans.append((first, place, end, arm.joint_index(fault.joint), fault.kind))
     changes: dict[int, list[Change]] = {}
-    for joint in sorted({span[3] for span in spans}):
-        own = sorted((span for span in spans if span[3] == joint), key=lambda span: span[:2])
+    for joint in sorted({span.joint for span in spans}):
+        own = sorted((span for span in spans if span.joint == joint), key=lambda span: span[:2])
         now: FaultKind | None = None
-        for tick in sorted({tick for span in own for tick in (span[0], span[2])}):
-            active = [span for span in own if span[0] <= tick < span[2]]
-            then = active[-1][4] if active else None
+        for tick in sorted({tick for span in own for tick in (span.first, span.end)}):
+            active = [span for span in own if span.first <= tick < span.end]
+            then = active[-1].kind if active else None
             if tick <= last and then != now:
                 changes.setdefault(tick, []).append((joint, then))
             now = then

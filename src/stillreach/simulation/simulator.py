@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import numpy as np
 
 from stillreach.errors import SimulationInterrupted
+from stillreach.plants import KinematicPlant
 from stillreach.simulation.document import check_whole
 from stillreach.simulation.orders import orders_of
 from stillreach.simulation.progress import Progress
 from stillreach.simulation.record import empty_record
 from stillreach.simulation.run import Run
 from stillreach.simulation.scenario import Scenario
+from stillreach.simulation.schedule import Schedule
+from stillreach.status import Health
 
 FIRST_CHUNK = 64
 CHUNK_SECONDS = 0.05
@@ -64,6 +68,7 @@ class _Simulation:
         self.record["status"][:] = NOT_COMPUTED
         self.q = scenario.start.copy()
         self.plan = scenario.schedule
+        self.plant = _plant(scenario)
         self.orders = orders_of(scenario)
         self.chunk = FIRST_CHUNK
         self.tick = 0
@@ -77,6 +82,8 @@ class _Simulation:
     def advance(self) -> None:
         """One chunk, up to the next change of faults or motion; the tick at the final state is a chunk of its own."""
         self.plan.change_faults(self.controller, self.tick)
+        if self.plant:
+            self.plant.change_faults(self.plan, self.tick)
         first, end = self.tick, self._chunk_end()
         last = first == self.ticks - 1
         began = time.perf_counter()
@@ -85,8 +92,16 @@ class _Simulation:
         targets = poses if self.scenario.loop == "closed" else None
         rows = {name: array[first:end] for name, array in self.record.items() if name not in ("time", "target")}
         self.controller.rollout(
-            self.q, twists, targets, integrator=self.scenario.integrator, advance=not last, record=rows
+            self.q,
+            twists,
+            targets,
+            integrator=self.scenario.integrator,
+            advance=not last,
+            record=rows,
+            **(self.plant.chunk(end - first) if self.plant else {}),
         )
+        if self.plant and self.plant.measures_badly:
+            self.record["pose"][first:end] = self.scenario.task_pose(self.record["q"][first:end])
         self.record["path_time"][end - 1] = self.orders.follow(end - 1, float(self.record["scale"][end - 1]))
         self.tick = end
         self._adapt(end - first, time.perf_counter() - began)
@@ -97,7 +112,7 @@ class _Simulation:
         return Run(scenario=self.scenario, interrupted=interrupted, **rows)
 
     def _chunk_end(self) -> int:
-        breaks = (*self.plan.changes, *self.plan.starts, self.ticks - 1, self.ticks)
+        breaks = (*self.plan.changes, *self.plan.known, *self.plan.starts, self.ticks - 1, self.ticks)
         ticks = int(min(self.chunk, self.orders.longest))
         return min(self.tick + ticks, *(tick for tick in breaks if tick > self.tick))
 
@@ -105,3 +120,35 @@ class _Simulation:
         """Chunks of about CHUNK_SECONDS, growing by at most a factor of 4 at a time."""
         wanted = ticks * CHUNK_SECONDS / max(seconds, 1e-9)
         self.chunk = int(np.clip(wanted, 1, 4 * self.chunk))
+
+
+class _Plant:
+    """The state of a kinematic plant between two chunks."""
+
+    def __init__(self, plant: KinematicPlant, n: int, period: float) -> None:
+        self._n, self._noise = n, plant.noise
+        self._random = np.random.default_rng(plant.seed)
+        self._core = plant.simulated(n, period)
+        self.measures_badly = bool(plant.noise or plant.resolution)
+
+    def change_faults(self, plan: Schedule, tick: int) -> None:
+        """The true faults that begin or end at a tick."""
+        for joint, kind in plan.changes.get(tick, ()):
+            if kind is None:
+                self._core.set_fault(joint, Health.HEALTHY, 0.0, 0.0)
+            else:
+                self._core.set_fault(joint, kind.health, *kind.numbers)
+
+    def chunk(self, ticks: int) -> dict[str, Any]:
+        """What a chunk of ticks needs: the plant, and the errors of its encoders."""
+        noise = self._random.normal(0.0, self._noise, (ticks, self._n)) if self._noise else None
+        return {"plant": self._core, "noise": noise}
+
+
+def _plant(scenario: Scenario) -> _Plant | None:
+    """The plant of a scenario; None where joints do what they are told and the controller knows every fault at once."""
+    plant = scenario.plant
+    assert isinstance(plant, KinematicPlant)
+    if plant.exact and not any(fault.known_after for fault in scenario.faults):
+        return None
+    return _Plant(plant, scenario.arm.n, scenario.period)

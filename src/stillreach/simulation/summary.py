@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -34,6 +35,30 @@ class Peak:
 
 
 @dataclass(frozen=True)
+class Unnoticed:
+    """A fault, or a restoration, that the controller learned of later.
+
+    Args:
+        joint: name.
+        what: the fault in words; None: it was restored.
+        since, until: [s] when it happened, and when the controller knew or the run ended.
+        noticed: whether it knew.
+        distance, angle: [m, rad] from the tool to its target at ``until``, in the rows of the task.
+        distance_before, angle_before: [m, rad] the same at ``since``.
+    """
+
+    joint: str
+    what: str | None
+    since: float
+    until: float
+    noticed: bool
+    distance: float
+    angle: float
+    distance_before: float
+    angle_before: float
+
+
+@dataclass(frozen=True)
 class Summary:
     """The main numbers of a run; ``str()`` returns them in words.
 
@@ -48,6 +73,7 @@ class Summary:
         distance, angle: largest distance and angle from the target [m, rad], at the same time, or path time for a
             clock that follows the arm.
         gave_way: parts of the task, "position" and "orientation", with errors above the allowed ones.
+        unnoticed: faults and restorations that the controller did not know of at once.
         beside: largest distance from the commanded path [m], at any time.
         task_error: largest weighted norm of the residual twist.
         rate: the largest rate as a fraction of its joint's limit, after derating; None if no joint has a limit.
@@ -75,6 +101,7 @@ class Summary:
     distance: Peak
     angle: Peak
     gave_way: tuple[str, ...]
+    unnoticed: tuple[Unnoticed, ...]
     beside: float
     task_error: Peak
     rate: Peak | None
@@ -127,6 +154,7 @@ def summary(run: Run, *, allowed_distance: float | None, allowed_angle: float | 
         distance=_peak(run.time, shift),
         angle=_peak(run.time, angle),
         gave_way=("position",) * bool(np.max(shift) > near) + ("orientation",) * bool(np.max(angle) > turned),
+        unnoticed=tuple(_unnoticed(run, shift, angle)),
         beside=beside_path(run, goal),
         task_error=_peak(run.time, run.task_error),
         rate=rate,
@@ -138,6 +166,30 @@ def summary(run: Run, *, allowed_distance: float | None, allowed_angle: float | 
         lost=lost,
         why=why_missed(run) if whole and not finished else None,
     )
+
+
+def _unnoticed(run: Run, shift: FloatArray, angle: FloatArray) -> Iterator[Unnoticed]:
+    """What the controller learned later, by time."""
+    scenario, last = run.scenario, len(run) - 1
+    for fault in sorted(scenario.faults, key=lambda fault: fault.at):
+        joint = scenario.arm.joint_index(fault.joint)
+        what = fault.kind.sentence(slides=bool(scenario.arm.kinds[joint]))
+        for at, words in ((fault.at, what), (fault.until, None)):
+            if not fault.known_after or at is None or scenario.tick_at(at) > last:
+                continue
+            first, known = scenario.tick_at(at), scenario.tick_at(at + fault.known_after)
+            end = min(known, last)
+            yield Unnoticed(
+                joint=run.joint_names[joint],
+                what=words,
+                since=float(run.time[first]),
+                until=float(run.time[end]),
+                noticed=known <= last,
+                distance=float(shift[end]),
+                angle=float(angle[end]),
+                distance_before=float(shift[first]),
+                angle_before=float(angle[first]),
+            )
 
 
 def status_shares(run: Run) -> dict[str, float]:
@@ -172,7 +224,11 @@ def _left_at_end(run: Run) -> tuple[FloatArray, FloatArray]:
     controller.set_null_motion(None)
     plan = run.scenario.schedule
     for tick in sorted(tick for tick in plan.changes if tick < len(run)):
-        plan.change_faults(controller, tick)
+        for joint, kind in plan.changes[tick]:
+            if kind is None:
+                controller.restore(joint)
+            else:
+                controller.fail(joint, kind)
     out = controller.step(run.q[-1], np.zeros(6))
     J, lower, upper = np.asarray(out.jacobian), np.asarray(out.lower), np.asarray(out.upper)
     rates = np.where(lower < upper, full_rates(np.maximum(np.abs(lower), np.abs(upper))), 0.0)

@@ -13,9 +13,11 @@ import numpy as np
 
 from stillreach._door import FloatArray
 from stillreach._words import direction as in_words
+from stillreach._words import joined
 from stillreach.batch import BatchSolution, solve_batch
 from stillreach.laws import KeepDirection, Law, LeastError
 from stillreach.simulation.commanded import in_axes
+from stillreach.simulation.record import HEALTHS
 from stillreach.status import Health
 from stillreach.task import UNIT_WEIGHTS, Task
 
@@ -61,6 +63,9 @@ class Why:
 
 def why_missed(run: Run) -> Why:
     """Why the tool of a complete run did not arrive."""
+    unknown = _unknown(run)
+    if unknown is not None:
+        return unknown
     misses, scenario = _Misses(run), run.scenario
     stretch = misses.main(misses.impossible)
     if stretch is not None:
@@ -72,6 +77,20 @@ def why_missed(run: Run) -> Why:
     if scenario.loop == "open":
         return Why(f"{done}; the error comes from the open loop with steps of {1000 * scenario.period:g} ms")
     return Why(f"{done}; the feedback needs more time or more gain")
+
+
+def _unknown(run: Run) -> Why | None:
+    """The reason of a run at whose end the controller does not know the state of a joint."""
+    late = [int(joint) for joint in np.flatnonzero(run.health[-1] != run.known[-1])]
+    if not late:
+        return None
+    first = int(np.flatnonzero(run.health[:, late[0]] != run.known[:, late[0]])[0])
+    names = joined([run.joint_names[joint] for joint in late], "and")
+    is_, its = ("is", "its") if len(late) == 1 else ("are", "their")
+    states = joined([HEALTHS[int(run.health[-1, joint])] for joint in late], "and")
+    return Why(
+        f"{names} {is_} {states}, and at the end the controller does not know {its} state", float(run.time[first])
+    )
 
 
 class _Misses:

@@ -38,7 +38,7 @@ def test_the_summary_says_what_the_record_holds(stillreach, tmp_path):
     assert found["ticks"] == len(record) == 41
     largest = np.max(np.abs(record.rates)) / np.deg2rad(50.0)
     assert found["largest_rate"]["of_limit"] == pytest.approx(largest)
-    assert found["faults"] == [{"joint": "j4", "kind": "locked", "at": 1.0, "until": None}]
+    assert found["faults"] == [{"joint": "j4", "kind": "locked", "at": 1.0, "until": None, "known_after": 0.0}]
     assert found["statuses"]["OK"] == np.mean(record.status == 0)
 
 
@@ -103,10 +103,11 @@ def test_options_change_law_and_faults(stillreach):
         ).out
     )
     assert (found["law"]["kind"], found["law"]["norm"]) == ("singularity-robust", "2")
+    forever = {"until": None, "known_after": 0.0}
     assert found["faults"] == [
-        {"joint": "j2", "kind": "derated", "fraction": 0.3, "at": 0.5, "until": None},
-        {"joint": "j11", "kind": "runaway", "rate": pytest.approx(np.deg2rad(2.0)), "at": 0.0, "until": None},
-        {"joint": "j6", "kind": "locked", "at": 0.0, "until": None},
+        {"joint": "j2", "kind": "derated", "fraction": 0.3, "at": 0.5, **forever},
+        {"joint": "j11", "kind": "runaway", "rate": pytest.approx(np.deg2rad(2.0)), "at": 0.0, **forever},
+        {"joint": "j6", "kind": "locked", "at": 0.0, **forever},
     ]
 
 

@@ -31,6 +31,8 @@ def straight_run(places, rates=None, attitude=None, **arrays):
         "lower": np.full((ticks, 1), -1.0),
         "upper": np.full((ticks, 1), 1.0),
         "health": np.zeros((ticks, 1), np.int8),
+        "measured": np.zeros((ticks, 1)),
+        "known": np.zeros((ticks, 1), np.int8),
         "active": np.zeros((ticks, 1), np.int8),
         "status": np.zeros(ticks, np.int32),
         **{name: np.zeros(ticks) for name in ("task_error", "damping", "scale")},

@@ -119,7 +119,13 @@ def test_a_document_holds_every_setting_of_a_scenario():
     names = set(sr.Scenario.__dataclass_fields__) - {"_"}
     assert names == set(data) - {"format"}
     assert data["track_limits"] == [0.2, {"float": "inf"}]
-    assert data["faults"][1] == {"joint": 3, "at": 0.2, "kind": {"kind": "derated", "fraction": 1 / 3}, "until": 0.8}
+    assert data["faults"][1] == {
+        "joint": 3,
+        "at": 0.2,
+        "kind": {"kind": "derated", "fraction": 1 / 3},
+        "until": 0.8,
+        "known_after": 0.0,
+    }
     assert "Infinity" not in scenario_text(scenario())
 
 

@@ -33,6 +33,7 @@ def test_the_arrays_are_those_of_the_design():
         "time": (31,),
         "path_time": (31,),
         "q": (31, 8),
+        "measured": (31, 8),
         "rates": (31, 8),
         "pose": (31, 4, 4),
         "target": (31, 4, 4),
@@ -40,7 +41,7 @@ def test_the_arrays_are_those_of_the_design():
         "residual": (31, 6),
     }
     shapes |= {"task_error": (31,), "damping": (31,), "scale": (31,), "status": (31,)}
-    shapes |= {"lower": (31, 8), "upper": (31, 8), "health": (31, 8), "active": (31, 8)}
+    shapes |= {"lower": (31, 8), "upper": (31, 8), "health": (31, 8), "known": (31, 8), "active": (31, 8)}
     assert {name: getattr(run, name).shape for name in shapes} == shapes
     assert set(NAMES) == set(shapes)
     assert set(run.joint_units) == {"rad", "m"}

@@ -126,7 +126,7 @@ EDITS = {
     "no JSON": scenario(lambda data: b"{"),
     "JSON of another kind": scenario(lambda data: [data]),
     "deep JSON": scenario(lambda data: b"[" * 100_000),
-    "another format": scenario(lambda data: {**data, "format": 2}),
+    "another format": scenario(lambda data: {**data, "format": 1}),
     "another arm": scenario(lambda data: {**data, "arm": {**data["arm"], "joints": data["arm"]["joints"][1:]}}),
     "a joint of no kind": scenario(lambda data: {**data, "arm": {**data["arm"], "joints": [{"kind": "hinge"}]}}),
     "an unknown law": scenario(lambda data: {**data, "law": {"kind": "__import__", "name": "os"}}),

@@ -16,6 +16,7 @@ from stillreach.errors import InputError
 from stillreach.faults import fault_tables
 from stillreach.laws import LAWS
 from stillreach.null_motions import NULL_MOTIONS
+from stillreach.plants import PLANTS
 from stillreach.simulation.motion import MOTIONS
 from stillreach.simulation.orientation import ORIENTATION
 from stillreach.simulation.scenario import CLOCKS, INTEGRATORS, LOOPS, Scenario
@@ -122,6 +123,7 @@ SCENARIO = Table(
         start=(PerJoint(Number("joint")), "Joint values at time 0: all, or by name, 0 for the others"),
         motion=(List(Choice(tables_of(MOTIONS)), most=MOST_PARTS), "Motions of the tool, in order"),
         faults=(List(Choice(fault_tables()), least=0, most=MOST_PARTS), "Faults"),
+        plant=(Choice(tables_of(PLANTS)), "What the arm makes of the rates that it is told; exactly that if absent"),
         law=(Choice(tables_of(LAWS)), f"The law; {LAWS[0].word} if absent"),
         task=(TASK, "Which part of the motion is the task; the whole pose if absent"),
         null_motion=(Choice(tables_of(NULL_MOTIONS)), "Use of the remaining freedom"),
