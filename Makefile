@@ -77,7 +77,7 @@ requirements: check-tools  ## pin the newest versions of everything
 	$(PYTHON) -m venv build/pip-tools
 	build/pip-tools/bin/pip install -q pip-tools==7.6.2
 	$(PIP_COMPILE) --extra plot --extra netcdf --extra test -o requirements/test.txt pyproject.toml
-	$(PIP_COMPILE) -c requirements/test.txt --extra plot --extra netcdf -o requirements/all.txt pyproject.toml
+	$(PIP_COMPILE) -c requirements/test.txt --extra plot --extra netcdf --extra recordings -o requirements/all.txt pyproject.toml
 	$(PIP_COMPILE) -c requirements/test.txt -o requirements/build.txt requirements/build.in
 	$(PIP_COMPILE) -o requirements/peers.txt requirements/peers.in pyproject.toml
 	sed -i 's/+cpu / /' requirements/peers.txt

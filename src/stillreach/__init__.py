@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from stillreach.faults import *
     from stillreach.inverse import *
     from stillreach.laws import *
+    from stillreach.recordings import *
     from stillreach.rollouts import *
     from stillreach.simulation import *
     from stillreach.status import *
@@ -48,6 +49,7 @@ _WHOLE = (
     "inverse",
     "control",
     "simulation",
+    "recordings",
 )
 """Modules whose ``__all__`` is public here, those that need least first."""
 

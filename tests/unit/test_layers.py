@@ -35,6 +35,7 @@ LAYERS = (
     {"batch", "inverse", "rollouts"},
     {"control"},
     {"simulation"},
+    {"recordings"},
     {"tolerance"},
     {"show"},
     {"paper"},

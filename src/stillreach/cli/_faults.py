@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 
 def changed(
-    name: str, *, law: str | None = None, fail: list[str], healthy: bool, known_after: str | None = None
+    given: str | Scenario, *, law: str | None = None, fail: list[str], healthy: bool, known_after: str | None = None
 ) -> Scenario:
     """A scenario from a file or by name, with the changes of the options.
 
     Args:
-        name: file or ready scenario.
+        given: a scenario, or its file or the name of a ready one.
         law: text of another law; None keeps the scenario's.
         fail: texts of more faults.
         healthy: leave out the scenario's own faults.
@@ -35,7 +35,7 @@ def changed(
     from stillreach.cli._laws import parse_law
     from stillreach.simulation import Scenario
 
-    scenario = Scenario.load(name)
+    scenario = Scenario.load(given) if isinstance(given, str) else given
     faults = () if healthy else tuple(scenario.faults)
     faults += tuple(parse_fault(scenario.arm, text) for text in fail)
     if known_after is not None:
@@ -44,7 +44,7 @@ def changed(
     description = (
         "" if law or fail or healthy or known_after else scenario.description
     )  # it describes the original scenario
-    title = scenario.name or printable(Path(name).stem)
+    title = scenario.name or (printable(Path(given).stem) if isinstance(given, str) else "")
     return replace(scenario, faults=faults, law=chosen, name=title, description=description)
 
 

@@ -8,6 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stillreach.cli._complete import complete_law, complete_scenario
+from stillreach.cli._recordings import (
+    AngleOption,
+    BaseOption,
+    EpisodeOption,
+    PeriodOption,
+    RecordingOption,
+    RobotOption,
+    TipOption,
+    TopicOption,
+)
 
 if TYPE_CHECKING:
     from stillreach.simulation import Run, Scenario
@@ -17,9 +27,17 @@ PICTURE = "run.png"
 
 def run(
     scenario: Annotated[
-        str,
+        str | None,
         typer.Argument(metavar="SCENARIO", help="A scenario file or a ready one.", autocompletion=complete_scenario),
-    ],
+    ] = None,
+    recording: RecordingOption = None,
+    robot: RobotOption = None,
+    tip: TipOption = None,
+    base: BaseOption = None,
+    angle: AngleOption = None,
+    topic: TopicOption = None,
+    episode: EpisodeOption = None,
+    period: PeriodOption = None,
     out: Annotated[Path | None, typer.Option(help="Output folder; by default out/NAME.")] = None,
     law: Annotated[
         str | None,
@@ -54,7 +72,7 @@ def run(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print only the summary, as JSON.")] = False,
 ) -> None:
-    """Simulate a scenario: summary, record and picture.
+    """Simulate a scenario or a recording: summary, record and picture.
 
     Writes run.nc (run.npz without the extra netcdf), run.png and summary.json, and replaces those of an earlier run.
     Exits with 0 if the tool ends at its goal, with 1 if not. Ctrl-C keeps the computed ticks.
@@ -62,13 +80,16 @@ def run(
     from stillreach._units import tolerances
     from stillreach.cli._exit import CTRL_C, NOT_FINISHED
     from stillreach.cli._faults import changed
+    from stillreach.cli._recordings import scenario_or_recording
     from stillreach.cli._records import folder_for, picture, remove_older, write_record, write_summary
     from stillreach.cli._summary import facts, print_summary
     from stillreach.cli._terminal import console, print_json
 
     allowed = tolerances("--within", within)
-    chosen = changed(scenario, law=law, fail=fail or [], healthy=healthy, known_after=known_after)
-    folder = folder_for(out, scenario)
+    options = {"angle": angle, "topic": topic, "episode": episode, "period": period}
+    given, name = scenario_or_recording(scenario, recording, robot, tip, base, **options)
+    chosen = changed(given, law=law, fail=fail or [], healthy=healthy, known_after=known_after)
+    folder = folder_for(out, name)
     record = _simulated(chosen)
     found = record.summary(allowed_distance=allowed[0], allowed_angle=allowed[1])
     remove_older(folder / PICTURE)

@@ -23,13 +23,16 @@ COMMA_AND_POINT = str.maketrans(",.", ".,")
 """Converts a decimal comma to a point; a decimal point becomes invalid."""
 
 
-def read_table(path: Path, wanted: Callable[[list[str]], set[str]], columns: str) -> tuple[list[str], FloatArray]:
+def read_table(
+    path: Path, wanted: Callable[[list[str]], set[str]], columns: str, *, others: bool = False
+) -> tuple[list[str], FloatArray]:
     """Names of the columns and the numbers below them, (rows, columns).
 
     Args:
         path: the file.
         wanted: returns the required names, given the names in the file.
         columns: the required names in words.
+        others: whether there may be further columns, which are not read.
 
     Raises:
         InputError: if the file is missing or not such a table; the message names the line.
@@ -38,16 +41,17 @@ def read_table(path: Path, wanted: Callable[[list[str]], set[str]], columns: str
     text = _text(path)
     separator = _separator(_lines(name, text))
     decimal = "," if separator != "," and "," in text else "."
-    numbers, names = array("d"), list[str]()
+    numbers, names, places = array("d"), list[str](), list[int]()
     count = 0
     try:
         for count, (line, row) in enumerate(_rows(_lines(name, text), separator)):
             if count:
-                numbers.extend(_numbers(f"{name}:{line}", row, len(names), decimal))
+                numbers.extend(_numbers(f"{name}:{line}", row, len(names), places, decimal))
                 continue
             names = [entry.strip() for entry in row]
             must = wanted(names)
-            if set(names) != must or len(names) != len(must):
+            places = [place for place, entry in enumerate(names) if entry in must]
+            if len(places) != len(must) or (len(names) > len(must) and not others):
                 raise InputError(name, f"the columns {', '.join(names[:20])[:200]}", columns)
     except csv.Error as error:
         raise InputError(name, str(error), "a CSV file") from None
@@ -55,7 +59,7 @@ def read_table(path: Path, wanted: Callable[[list[str]], set[str]], columns: str
         raise InputError(
             name, f"{int(bool(names))} lines", f"a line with the columns ({columns}) and a line for each pose"
         )
-    return names, np.array(numbers).reshape(count, len(names))
+    return [names[place] for place in places], np.array(numbers).reshape(count, len(places))
 
 
 def _text(path: Path) -> str:
@@ -101,17 +105,21 @@ def _rows(lines: Iterator[str], separator: str) -> Iterator[tuple[int, list[str]
     yield from ((reader.line_num, row) for row in reader if any(entry.strip() for entry in row))
 
 
-def _numbers(place: str, row: list[str], count: int, decimal: str) -> list[float]:
-    """The numbers of a line; with a decimal comma, points are an error."""
+def _numbers(line: str, row: list[str], count: int, places: list[int], decimal: str) -> list[float]:
+    """The numbers of a line in some of its columns; with a decimal comma, points are an error."""
     shown = ", ".join(row[:20])[:80]
+    whole = len(row) == count
+    row = [row[place] for place in places] if whole else []
     if decimal == ",":
         row = [entry.translate(COMMA_AND_POINT) for entry in row]
     try:
         numbers = [float(entry) for entry in row]
     except ValueError:
         numbers = []
-    if len(numbers) != count:
-        raise InputError(place, shown, f"{count} numbers{' with decimal commas' if decimal == ',' else ''}")
+    if not whole or len(numbers) != len(places):
+        raise InputError(
+            line, shown, f"{len(places) if whole else count} numbers{' with decimal commas' if decimal == ',' else ''}"
+        )
     if not all(abs(number) < LARGEST_NUMBER for number in numbers):
-        raise InputError(place, shown, f"finite numbers below {LARGEST_NUMBER:g}")
+        raise InputError(line, shown, f"finite numbers below {LARGEST_NUMBER:g}")
     return numbers
