@@ -20,6 +20,14 @@ struct SimulatedPlant {
       : faults(to_size(n)), actual(to_size(n)), told(to_size(dead * n)), seen(to_size(n)) {
     plant = {faults.data(), follow, actual.data(), dead, told.data(), 0, resolution, nullptr, seen.data()};
   }
+  SimulatedPlant(const SimulatedPlant& other)
+      : faults(other.faults), actual(other.actual), told(other.told), seen(other.seen), plant(other.plant) {
+    plant.faults = faults.data();
+    plant.actual = actual.data();
+    plant.told = told.data();
+    plant.seen = seen.data();
+  }
+  SimulatedPlant& operator=(const SimulatedPlant&) = delete;
 };
 
 static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle targets, nb::str integrator,
@@ -33,13 +41,10 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
   if (stages == 2 && advance && rows % 2 != 1)
     refuse("twists", std::to_string(rows) + " rows", "2 K + 1 rows: one each half tick");
   View poses;
-  std::vector<double> frames;
+  const double* frames = nullptr;
   if (!targets.is_none()) {
-    poses = strict("targets", targets, {rows, 4, 4}, false);
-    frames.resize(12 * to_size(rows));
-    for (long t = 0; t < rows; ++t)
-      if (!kernel().read_pose(poses.data() + 16 * t, frames.data() + 12 * t))
-        refuse("targets", "row " + std::to_string(t), "rigid transforms (4 x 4)");
+    poses = strict("targets", targets, {rows, 12}, false);
+    frames = poses.data();
   }
   if (plant && static_cast<long>(plant->faults.size()) != n) refuse("plant", "a plant of another arm", "this arm's");
   View errors;
@@ -73,12 +78,15 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
   const auto run = [&](long first, long count, const stillreach::Record& where) {
     if (plant) plant->plant.noise = noise.is_none() ? nullptr : errors.data() + n * first;
     kernel().rollout(c.state, at.data(), commands.data() + 6 * stages * first,
-                     frames.empty() ? nullptr : frames.data() + 12 * stages * first, count, stages, advance,
+                     frames ? frames + 12 * stages * first : nullptr, count, stages, advance,
                      plant ? &plant->plant : nullptr, c.scratch.memory(), c.answer, scratch.data(),
                      scratch_active.data(), where);
   };
   c.prepare(at.data(), true);
-  if (!c.gradient.is_valid()) return run(0, steps, to);
+  if (!c.gradient.is_valid()) {
+    nb::gil_scoped_release others_may_run;
+    return run(0, steps, to);
+  }
   for (long t = 0; t < steps; ++t) {  // the user's gradient is Python's to evaluate, once a tick
     if (t > 0) c.prepare(at.data(), true);
     stillreach::Record row = to;
@@ -101,7 +109,41 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
   }
 }
 
+// Poses as the core reads them, 12 numbers each.
+static nb::object frames(nb::handle poses) {
+  View T = strict("poses", poses, {-1, 4, 4}, false);
+  const long rows = T.size(0);
+  nb::object array = new_array(nb::make_tuple(rows, 12));
+  double* to = strict("frames", array, {rows, 12}, true).data();
+  for (long t = 0; t < rows; ++t)
+    if (!kernel().read_pose(T.data() + 16 * t, to + 12 * t))
+      refuse("poses", "row " + std::to_string(t), "rigid transforms (4 x 4)");
+  return array;
+}
+
+static nb::object pose_distances(nb::handle actual, nb::handle wanted, nb::handle asked, bool along_pose) {
+  View from = strict("actual", actual, {-1, 4, 4}, false);
+  const long rows = from.size(0);
+  View to = strict("wanted", wanted, {rows, 4, 4}, false), mask = strict("asked", asked, {6}, false);
+  nb::object array = new_array(nb::make_tuple(rows, 2));
+  double* off = strict("off", array, {rows, 2}, true).data();
+  nb::gil_scoped_release others_may_run;
+  kernel().pose_distances(from.data(), to.data(), rows, mask.data(), along_pose, off);
+  return array;
+}
+
 void bind_rollout(nb::module_& m, nb::class_<Controller>& c) {
+  m.def("frames", &frames, nb::arg("poses"),
+        nb::sig("def frames(poses: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]"),
+        "Poses (K, 4, 4) as a rollout reads its targets, (K, 12).");
+  m.def("pose_distances", &pose_distances, nb::arg("actual"), nb::arg("wanted"), nb::arg("asked"),
+        nb::arg("along_pose"),
+        nb::sig("def pose_distances(actual: numpy.typing.NDArray[numpy.float64], wanted: "
+                "numpy.typing.NDArray[numpy.float64], asked: numpy.typing.NDArray[numpy.float64], along_pose: bool) -> "
+                "numpy.typing.NDArray[numpy.float64]"),
+        "(K, 2) distance [m] and angle [rad] of poses (K, 4, 4) from those that are wanted.\n\n"
+        "asked (6,): 1 for each component of the twist between them that counts; along_pose: these are along the axes "
+        "of the actual pose, not of the base. NaN where a matrix is no pose.");
   nb::class_<SimulatedPlant>(m, "SimulatedPlant", "An arm with its true faults, late drives and encoders.")
       .def(nb::init<int, double, long, double>(), nb::arg("n"), nb::kw_only(), nb::arg("follow"), nb::arg("dead"),
            nb::arg("resolution"))
@@ -111,13 +153,14 @@ void bind_rollout(nb::module_& m, nb::class_<Controller>& c) {
             if (joint < 0 || to_size(joint) >= p.faults.size()) refuse("joint", std::to_string(joint), "a joint");
             p.faults[to_size(joint)] = {health, {first, second}};
           },
-          nb::arg("joint"), nb::arg("health"), nb::arg("first"), nb::arg("second"));
+          nb::arg("joint"), nb::arg("health"), nb::arg("first"), nb::arg("second"))
+      .def("copy", [](const SimulatedPlant& p) { return SimulatedPlant(p); }, "A plant in the same state.");
   c.def(
       "rollout", &rollout, nb::arg("q"), nb::arg("twists"), nb::arg("targets").none() = nb::none(), nb::kw_only(),
       nb::arg("integrator") = "euler", nb::arg("advance") = true, nb::arg("plant").none() = nb::none(),
       nb::arg("noise").none() = nb::none(), nb::arg("record"),
       "A chunk of simulated ticks from q (n,), which is moved along.\n\n"
-      "twists (K, 6) commands, for \"rk4\" (2 K + 1, 6), one each half tick; targets (as many, 4, 4) poses to track, "
+      "twists (K, 6) commands, for \"rk4\" (2 K + 1, 6), one each half tick; targets (as many, 12) poses to track, of frames(), "
       "or None; "
       "plant: what the arm makes of the rates, or None; noise (K, n) of its encoders, or None. "
       "record: arrays by the names of Run, K rows each; advance=False records K ticks at q and leaves it where it is.");

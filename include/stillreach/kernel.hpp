@@ -27,6 +27,8 @@ struct Kernel {
   void (*solve)(const LawSettings& law, const Problem& p, const Memory& memory, Answer& out);
   double (*typical_rate)(int n, const double* lower, const double* upper, const Metric& metric);
   bool (*read_pose)(const double* T, double* pose);
+  void (*pose_distances)(const double* actual, const double* wanted, long count, const double* asked, bool along_pose,
+                         double* off);
   void (*set_fault)(ControllerState& c, int joint, const Fault& fault);
   void (*tick)(ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory,
                Answer& out);
@@ -76,6 +78,8 @@ inline Kernel make_kernel() {
     return typical_rate(n, lower, upper, metric);
   };
   k.read_pose = [](const double* T, double* pose) { return read_pose(T, pose); };
+  k.pose_distances = [](const double* actual, const double* wanted, long count, const double* asked, bool along_pose,
+                        double* off) { pose_distances(actual, wanted, count, asked, along_pose, off); };
   k.set_fault = [](ControllerState& c, int joint, const Fault& fault) { set_fault(c, joint, fault); };
   k.tick = [](ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory,
               Answer& out) {

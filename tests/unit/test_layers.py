@@ -44,7 +44,11 @@ LAYERS = (
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names}
 PUBLIC_API = RANK["tolerance"]  # `import stillreach` brings in everything up to here
 # (layer, function, imported layer)
-ALLOWED = {("arm", "inverse", "inverse"), *((layer, "plot", "show") for layer in ("arm", "simulation"))}
+ALLOWED = {
+    ("arm", "inverse", "inverse"),
+    *((layer, "plot", "show") for layer in ("arm", "simulation")),
+    ("tolerance", "html", "show"),
+}
 HEADER_LAYERS = ("simd", "linear", "kinematics", "problem", "bounded", "laws", "control", "batch")
 LAST_HEADERS = {"kernel.hpp", "dispatch.hpp", "cuda.hpp"}  # config.hpp and types.hpp come first
 

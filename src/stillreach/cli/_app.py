@@ -13,6 +13,7 @@ from stillreach.cli.doctor import doctor
 from stillreach.cli.inspect import inspect
 from stillreach.cli.paper import paper
 from stillreach.cli.reach import reach
+from stillreach.cli.rehearse import rehearse
 from stillreach.cli.run import run
 from stillreach.cli.schema import schema
 
@@ -24,7 +25,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Exit codes: 0 done, 1 the arm did not finish or a claim fails, 2 invalid input, 130 Ctrl-C.",
 )
-for command in (run, compare, inspect, reach, arms, schema, paper, doctor):
+for command in (run, compare, rehearse, inspect, reach, arms, schema, paper, doctor):
     app.command()(command)
 
 

@@ -39,7 +39,7 @@ def changed(
     faults = () if healthy else tuple(scenario.faults)
     faults += tuple(parse_fault(scenario.arm, text) for text in fail)
     if known_after is not None:
-        faults = tuple(replace(fault, known_after=_delay(known_after)) for fault in faults)
+        faults = tuple(replace(fault, known_after=delay(known_after)) for fault in faults)
     chosen = scenario.law if law is None else parse_law(law, like=scenario.law)
     description = (
         "" if law or fail or healthy or known_after else scenario.description
@@ -48,7 +48,7 @@ def changed(
     return replace(scenario, faults=faults, law=chosen, name=title, description=description)
 
 
-def _delay(text: str) -> float:
+def delay(text: str) -> float:
     """[s] of ``40ms``, ``0.04`` or ``never``."""
     if text == "never":
         return float("inf")
@@ -74,11 +74,15 @@ def parse_fault(arm: Arm, text: str) -> Fault:
     seconds = quantity("--fail", onset, {"s": 1.0}) if at else 0.0
     if seconds < 0.0:
         raise InputError("--fail", repr(text), "a time of 0 s or later")
-    return Fault(arm.joint_names[index], at=seconds, kind=_kind(arm, index, kind or "locked"))
+    return Fault(arm.joint_names[index], at=seconds, kind=fault_kind_of(arm, index, kind or "locked"))
 
 
-def _kind(arm: Arm, index: int, text: str) -> FaultKind:
-    """A kind by its word, with one number for each setting."""
+def fault_kind_of(arm: Arm, index: int, text: str, *, option: str = "--fail") -> FaultKind:
+    """A kind by its word, with one number for each setting.
+
+    Raises:
+        InputError: if the text is invalid.
+    """
     from stillreach._kinds import by_word
     from stillreach._reading import Reading
     from stillreach.faults import FAULTS
@@ -88,17 +92,17 @@ def _kind(arm: Arm, index: int, text: str) -> FaultKind:
     keys = kind.keys() if kind else {}
     parts = values.split(",") if equals else []
     if kind is None or len(parts) != len(keys):
-        raise InputError("--fail", repr(text), _expected())
+        raise InputError(option, repr(text), _expected())
     reading = Reading()
     reading.arm, reading.joint = arm, index
     given = {}
     for part, (key, own) in zip(parts, keys.items(), strict=True):
-        given[key] = own.form.read(own.form.spoken(part, f"--fail {name}", reading), (key,), reading)
-    reading.raise_first(f"--fail {name} ")
+        given[key] = own.form.read(own.form.spoken(part, f"{option} {name}", reading), (key,), reading)
+    reading.raise_first(f"{option} {name} ")
     try:
         return kind.read(given, reading)
     except InputError as error:
-        raise InputError(f"--fail {name} {error.argument}", error.got, error.expected) from None
+        raise InputError(f"{option} {name} {error.argument}", error.got, error.expected) from None
 
 
 def _expected() -> str:

@@ -69,6 +69,36 @@ def write_summary(found: dict[str, Any], folder: Path, name: str = "summary.json
     return path
 
 
+def write_page(wanted: bool | None, path: Path, made: Callable[[], str]) -> list[Path]:
+    """Write a page, if wanted.
+
+    Args:
+        wanted: True: raise without its extra; None: print a note instead.
+        path: the file.
+        made: returns its text.
+
+    Returns:
+        The file, or none.
+
+    Raises:
+        MissingExtraError: if ``wanted`` is True and the extra is missing.
+    """
+    from stillreach.cli._terminal import note
+
+    if wanted is False:
+        return []
+    try:
+        text = made()
+    except MissingExtraError as missing:
+        if wanted:
+            raise
+        note(f"stillreach: {missing} (for {path.name})")
+        return []
+    with new_file(path) as file:
+        file.write(text.encode())
+    return [path]
+
+
 def picture(wanted: bool | None, path: Path, draw: Callable[[], Any]) -> list[Path]:
     """Draw and save a figure, if wanted.
 

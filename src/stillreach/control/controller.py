@@ -57,6 +57,7 @@ class Controller(ControllerCore):
     __slots__ = (
         "__weakref__",
         "_arm",
+        "_correction",
         "_faults",
         "_law",
         "_limits",
@@ -96,6 +97,7 @@ class Controller(ControllerCore):
         self._track_limits = of.track_limits(track_limits)
         self._null_motion = self._checked_null_motion(null_motion)
         self._faults: dict[int, FaultKind] = {}
+        self._correction = (np.inf, np.inf)
         self._settings = {
             "period": _door.positive("period", period),
             "return_rate": _door.positive("return_rate", return_rate, or_zero=True),
@@ -188,6 +190,25 @@ class Controller(ControllerCore):
         """Sets the last commanded rates: (n,) [rad/s, m/s]; None: 0. Faults stay."""
         self._reset(rates)
 
+    def memory(self) -> Any:
+        """What the controller knows and did: faults, last rates, transitions. ``recall`` brings it back."""
+        return self._get_state(), dict(self._faults), self._correction
+
+    def recall(self, memory: Any) -> None:
+        """Goes on from a ``memory()`` of this controller, or of another with the same settings.
+
+        Limits and null motion stay what they are.
+
+        Raises:
+            InputError: if the memory is not one of such a controller; nothing is changed.
+        """
+        if not (isinstance(memory, tuple) and len(memory) == 3 and isinstance(memory[0], bytes)):
+            raise InputError("memory", _door.describe(memory), "what memory() of a controller returned")
+        core, faults, self._correction = memory
+        self._set_state(core)
+        self._faults = dict(faults)
+        self._set_track_limits(*self._correction)
+
     def set_null_motion(self, null_motion: NullMotion | npt.ArrayLike | None) -> None:
         """Another null motion from the next tick on; None for none."""
         motion = self._checked_null_motion(null_motion)
@@ -255,6 +276,7 @@ class Controller(ControllerCore):
         if bounds is None:
             rates = self._working_rates(np.max(np.abs(self._limits.velocity), axis=1))
             bounds = of.swiftest(self._arm, self._task.tool, rates, self._limits.position)
+        self._correction = bounds
         self._set_track_limits(*bounds)
 
     def __repr__(self) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from stillreach._core import pose_distances
 from stillreach._door import FloatArray
 from stillreach._rotations import log
 from stillreach.simulation.scenario import Scenario
@@ -87,17 +88,14 @@ def off_goal(run: Run, goal: Commanded) -> tuple[float, float]:
 
 def in_axes(task: Task, twists: FloatArray, poses: FloatArray) -> FloatArray:
     """Twists (T, 6) along the axes of the task's rows, which are the tool's at its poses (T, 4, 4) or the base's."""
-    if not _along_tool(task):
+    if not along_tool(task):
         return twists
     return (twists.reshape(-1, 2, 3) @ poses[:, :3, :3]).reshape(-1, 6)  # rows times R: along the tool's axes
 
 
 def _off(task: Task, actual: FloatArray, wanted: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Distances (T,) [m] and angles (T,) [rad] between poses (T, 4, 4), in the rows of the task."""
-    shift = wanted[:, :3, 3] - actual[:, :3, 3]
-    turn = log(wanted[:, :3, :3] @ np.swapaxes(actual[:, :3, :3], 1, 2))
-    both = in_axes(task, np.hstack([shift, turn]), actual).reshape(-1, 2, 3)
-    distances = np.linalg.norm(both * _asked(task), axis=2)
+    distances = pose_distances(actual, wanted, asked(task).ravel(), along_tool(task))
     return distances[:, 0], distances[:, 1]
 
 
@@ -110,12 +108,12 @@ def beside_path(run: Run, goal: Commanded) -> float:
     task = run.task
     ticks = goal.ticks[goal.ticks < len(run)]
     looked = ticks[np.unique(np.linspace(0, len(ticks) - 1, LOOKS_BESIDE).round().astype(np.int64))]
-    path, asked = goal.poses[:, :3, 3], _asked(task)[0]
+    path, counts = goal.poses[:, :3, 3], asked(task)[0]
     path = np.concatenate([path, path[-1:]])  # a path of one pose also has a step
     farthest = 0.0
     for T in run.pose[looked]:
         seen = path - T[:3, 3]
-        farthest = max(farthest, _nearest((seen @ T[:3, :3] if _along_tool(task) else seen) * asked))
+        farthest = max(farthest, _nearest((seen @ T[:3, :3] if along_tool(task) else seen) * counts))
     return farthest
 
 
@@ -133,11 +131,12 @@ def _dot(one: FloatArray, other: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("kx,kx->k", one, other))
 
 
-def _along_tool(task: Task) -> bool:
+def along_tool(task: Task) -> bool:
+    """Whether the rows of the task are along the axes of the tool."""
     return task.frame == "tool"
 
 
-def _asked(task: Task) -> FloatArray:
+def asked(task: Task) -> FloatArray:
     """(2, 3) 1 for the rows of the task, 0 for the others."""
     mask = np.zeros(6)
     mask[list(task.indices)] = 1.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stillreach._door import FloatArray
-from stillreach.simulation.motion import TICK_TOLERANCE, commands
+from stillreach.simulation.motion import TICK_TOLERANCE, ConstantTwist, commands
 from stillreach.simulation.path import Stretch, held_between, led_to
 from stillreach.simulation.scenario import Scenario
 
@@ -34,6 +34,8 @@ class Orders:
         self.stages = 2 if scenario.integrator == "rk4" else 1
         """Commands for each step."""
         self._target = self._plan.T_start
+        self._part, self._since, self._T_part = -1, 0.0, self._target
+        """The part of the last chunk without a course, when it began [s], and the pose then."""
 
     def chunk(self, first: int, end: int, *, last: bool) -> tuple[FloatArray, FloatArray]:
         """The commands at the stages of the steps from tick ``first`` to tick ``end``.
@@ -66,11 +68,15 @@ class Orders:
         return tick * self._period
 
     def _free(self, part: int, times: FloatArray, count: int, last: bool) -> tuple[FloatArray, FloatArray]:
-        """Commands of constant twists and functions, from the current pose of the motion."""
+        """Commands of constant twists and functions; the same to the last bit, however ticks are cut into chunks."""
         twists = commands(self._plan.motion, times[:count], part)
         if last:
             return twists, self._target[None]
-        poses = led_to(self._target, self._plan.motion, part, times)
+        if part != self._part:
+            self._part, self._since, self._T_part = part, times[0], self._target
+        steady = part >= len(self._plan.motion) or isinstance(self._plan.motion[part], ConstantTwist)
+        begun = self._T_part if steady else self._target
+        poses = led_to(begun, self._plan.motion, part, times, self._since)
         self._target = poses[-1]
         return twists, np.ascontiguousarray(poses[:count])
 

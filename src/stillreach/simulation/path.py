@@ -90,14 +90,19 @@ def held_between(poses: FloatArray, period: float) -> FloatArray:
     return np.hstack([np.diff(poses[:, :3, 3], axis=0), log(turns)]) / period
 
 
-def led_to(T_start: FloatArray, motion: Sequence[Motion], part: int, times: FloatArray) -> FloatArray:
-    """Poses (K, 4, 4) [m] at times (K,) [s] within one part of a motion, from the pose at the first time.
+def led_to(
+    T_start: FloatArray, motion: Sequence[Motion], part: int, times: FloatArray, since: float | None = None
+) -> FloatArray:
+    """Poses (K, 4, 4) [m] at times (K,) [s] within one part of a motion.
+
+    T_start is the pose at the first time; of a constant twist that at the time ``since``, if that is given.
 
     A constant twist is followed exactly, a function of time to fourth order in the differences of the times (Magnus
     expansion).
     """
     if part >= len(motion) or isinstance(motion[part], ConstantTwist):
-        return _held(T_start, commands(motion, times[:1], part)[0], times - times[0])
+        begun = times[0] if since is None else since
+        return _held(T_start, commands(motion, times[:1], part)[0], times - begun)
     steps = np.diff(times)[:, None]
     nodes = times[:-1, None] + steps * GAUSS
     early, late = np.moveaxis(commands(motion, nodes.ravel(), part).reshape(-1, 2, 6), 1, 0)
@@ -119,7 +124,8 @@ def _moved(T_start: FloatArray, moves: FloatArray) -> FloatArray:
     """The poses after moves (K, 6), shift [m] and rotation vector [rad] along base axes; the start first."""
     poses = np.tile(np.eye(4), (len(moves) + 1, 1, 1))
     poses[0] = T_start
-    poses[1:, :3, 3] = T_start[:3, 3] + np.cumsum(moves[:, :3], axis=0)
+    poses[1:, :3, 3] = moves[:, :3]
+    poses[:, :3, 3] = np.cumsum(poses[:, :3, 3], axis=0)  # one after the other, wherever a chunk begins
     for k, turn in enumerate(exp(moves[:, 3:])):
         poses[k + 1, :3, :3] = turn @ poses[k, :3, :3]
     return poses

@@ -10,7 +10,7 @@ import numpy as np
 
 from stillreach._door import FloatArray
 from stillreach.control import Controller
-from stillreach.faults import FaultKind
+from stillreach.faults import Fault, FaultKind
 from stillreach.simulation.motion import Motion, checked_motion, ends
 from stillreach.simulation.path import Stretch, led_to, stretches
 
@@ -91,14 +91,15 @@ def schedule_of(scenario: Scenario) -> Schedule:
     motion, T_start = checked_motion(scenario.motion), scenario.task_pose(scenario.start)
     starts = (0, *(scenario.tick_at(float(end)) for end in ends(motion)))
     courses = stretches(motion, starts, scenario.period, T_start)
-    return Schedule(motion, starts, scenario.steps, scenario.period, T_start, courses, *_fault_changes(scenario))
+    changes = fault_changes(scenario, scenario.faults)
+    return Schedule(motion, starts, scenario.steps, scenario.period, T_start, courses, *changes)
 
 
-def _fault_changes(scenario: Scenario) -> tuple[dict[int, list[Change]], dict[int, list[Change]]]:
+def fault_changes(scenario: Scenario, faults: Sequence[Fault]) -> tuple[dict[int, list[Change]], ...]:
     """Changes of faults by tick: the true ones, and those that the controller knows of."""
     true: list[_Span] = []
     known: list[_Span] = []
-    for place, fault in enumerate(scenario.faults):
+    for place, fault in enumerate(faults):
         joint = scenario.arm.joint_index(fault.joint)
         for spans, delay in ((true, 0.0), (known, fault.known_after)):
             first = scenario.tick_at(fault.at + delay)

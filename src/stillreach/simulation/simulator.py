@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from stillreach._core import frames
 from stillreach.errors import SimulationInterrupted
 from stillreach.plants import KinematicPlant
 from stillreach.simulation.document import check_whole
@@ -89,7 +90,7 @@ class _Simulation:
         began = time.perf_counter()
         twists, poses = self.orders.chunk(first, end, last=last)
         self.record["target"][first:end] = poses[:: self.orders.stages][: end - first]
-        targets = poses if self.scenario.loop == "closed" else None
+        targets = frames(poses) if self.scenario.loop == "closed" else None
         rows = {name: array[first:end] for name, array in self.record.items() if name not in ("time", "target")}
         self.controller.rollout(
             self.q,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stillreach import _door
 from stillreach._door import FloatArray
 from stillreach._words import aligned
 from stillreach.arm.dexterity import directions, full_rates, least_speeds
@@ -132,8 +133,7 @@ def summary(run: Run, *, allowed_distance: float | None, allowed_angle: float | 
     goal = commanded_in(run)
     way, turn = goal.length()
     shift, angle = deviation(run)
-    near = max(POSITION_SHARE * way, POSITION_FLOOR) if allowed_distance is None else allowed_distance
-    turned = max(ANGLE_SHARE * turn, ANGLE_FLOOR) if allowed_angle is None else allowed_angle
+    near, turned = allowed_errors((way, turn), allowed_distance, allowed_angle)
     rate, joint, value = _largest_rate(run)
     sigma, lost = _left_at_end(run)
     ends = (float(shift[-1]), float(angle[-1])) if scenario.clock == "time" else off_goal(run, goal)
@@ -147,8 +147,8 @@ def summary(run: Run, *, allowed_distance: float | None, allowed_angle: float | 
         angular=max(rows) >= 3,
         goal_distance=ends[0],
         goal_angle=ends[1],
-        allowed_distance=float(near),
-        allowed_angle=float(turned),
+        allowed_distance=near,
+        allowed_angle=turned,
         way=way,
         turn=turn,
         distance=_peak(run.time, shift),
@@ -166,6 +166,21 @@ def summary(run: Run, *, allowed_distance: float | None, allowed_angle: float | 
         lost=lost,
         why=why_missed(run) if whole and not finished else None,
     )
+
+
+def allowed_errors(way: tuple[float, float], distance: float | None, angle: float | None) -> tuple[float, float]:
+    """The largest distance [m] and angle [rad] from the target; None: a share of the path's length [m] and turn [rad].
+
+    Raises:
+        InputError: if one is negative.
+    """
+    near = max(POSITION_SHARE * way[0], POSITION_FLOOR)
+    turned = max(ANGLE_SHARE * way[1], ANGLE_FLOOR)
+    if distance is not None:
+        near = _door.positive("allowed_distance", distance, or_zero=True, allow_inf=True)
+    if angle is not None:
+        turned = _door.positive("allowed_angle", angle, or_zero=True, allow_inf=True)
+    return float(near), float(turned)
 
 
 def _unnoticed(run: Run, shift: FloatArray, angle: FloatArray) -> Iterator[Unnoticed]:

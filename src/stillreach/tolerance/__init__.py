@@ -1,5 +1,8 @@
 """What an arm can afford to lose."""
 
+from stillreach.tolerance.cause import Cause
 from stillreach.tolerance.reach import ReachLeft, reach
+from stillreach.tolerance.rehearsal import Rehearsal
+from stillreach.tolerance.rehearse import rehearse
 
-__all__ = ["ReachLeft", "reach"]
+__all__ = ["Cause", "ReachLeft", "Rehearsal", "reach", "rehearse"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import ceil
+from math import ceil, fsum
 from typing import Any
 
 from stillreach._reading import Reading
@@ -59,7 +59,7 @@ def _check_times(values: dict[str, Any], limited: bool, reading: Reading) -> Non
             expected = "a duration: only the last motion may have none"
             reading.wrong(("motion", place, "duration"), "missing key", expected)
     endless = isinstance(values["motion"][-1], ConstantTwist) and values["motion"][-1].duration is None
-    total = sum(part.duration or 0.0 for part in values["motion"])
+    total = fsum(part.duration or 0.0 for part in values["motion"])
     period, duration = values["period"], values["duration"] if limited else total
     if limited and duration < total * (1.0 - TICK_TOLERANCE):
         reading.wrong(("duration",), f"{duration:g} s", f"at least the {total:g} s of the motion")

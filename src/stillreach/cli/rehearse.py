@@ -1,0 +1,192 @@
+"""`stillreach rehearse`: every failure of every joint on a task, at many moments."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillreach.cli._complete import complete_law
+from stillreach.cli._recordings import (
+    AngleOption,
+    BaseOption,
+    EpisodeOption,
+    PeriodOption,
+    TipOption,
+    TopicOption,
+)
+
+if TYPE_CHECKING:
+    from stillreach.arm import Arm
+    from stillreach.faults import FaultKind
+    from stillreach.simulation import Scenario
+    from stillreach.tolerance import Rehearsal
+
+PAGE, RECORD, SUMMARY = "rehearsal.html", "rehearsal.nc", "rehearsal.json"
+
+
+def rehearse(
+    task: Annotated[
+        str,
+        typer.Argument(metavar="SCENARIO|ROBOT", help="A scenario, or the robot of the recording that follows."),
+    ],
+    recording: Annotated[
+        str | None,
+        typer.Argument(metavar="[RECORDING]", help="A rosbag2, an MCAP, CSV or Parquet file, or a run."),
+    ] = None,
+    tip: TipOption = None,
+    base: BaseOption = None,
+    angle: AngleOption = None,
+    topic: TopicOption = None,
+    episode: EpisodeOption = None,
+    period: PeriodOption = None,
+    kind: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KIND",
+            help="How joints fail: locked (default), derated, confined, one-way+, one-way-, runaway+, runaway-, or as "
+            "for run --fail, e.g. derated=0.1. It can be repeated.",
+        ),
+    ] = None,
+    joint: Annotated[
+        list[str] | None, typer.Option(metavar="JOINT", help="Only this joint fails. It can be repeated.")
+    ] = None,
+    together: Annotated[int, typer.Option("--together", "-k", min=1, help="How many joints fail at once.")] = 1,
+    onsets: Annotated[int, typer.Option(min=1, help="At how many moments.")] = 100,
+    known_after: Annotated[
+        str | None, typer.Option(metavar="TIME", help="The controller learns of it this much later, e.g. 40ms; never.")
+    ] = None,
+    within: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LENGTH[,ANGLE]",
+            help="How far the tool may be off its target, e.g. 5mm,1deg; by default 1 % of the path.",
+        ),
+    ] = None,
+    law: Annotated[str | None, typer.Option(help="Law instead of the scenario's.", autocompletion=complete_law)] = None,
+    healthy: Annotated[bool, typer.Option("--healthy", help="Leave out the scenario's own faults.")] = False,
+    threads: Annotated[int | None, typer.Option(min=1, help="By default one a processor.")] = None,
+    require: Annotated[
+        float | None, typer.Option(min=0.0, max=1.0, help="Exit with 1 if a smaller share survives, e.g. 0.9.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Output folder; by default out/NAME.")] = None,
+    page: Annotated[
+        bool | None, typer.Option("--page/--no-page", help="Write rehearsal.html; by default if Jinja is installed.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print only JSON.")] = False,
+) -> None:
+    """Rehearse a task: which joints can fail, and when.
+
+    Every failure of every joint at every moment is simulated to the end. It is survived if the tool stays within the
+    allowed distance of its target. Writes rehearsal.html (a page to pass on), rehearsal.nc and rehearsal.json. Exits
+    with 0, or with 1 if fewer survive than --require says. Ctrl-C keeps what is done.
+    """
+    from stillreach._units import tolerances
+    from stillreach.cli._exit import CTRL_C, NOT_FINISHED
+    from stillreach.cli._faults import changed, delay
+    from stillreach.cli._recordings import recorded
+    from stillreach.cli._records import folder_for, remove_older, write_page, write_summary
+    from stillreach.cli._robots import load_arm
+    from stillreach.cli._terminal import console, print_json
+    from stillreach.tolerance import rehearse as rehearsed
+
+    allowed = tolerances("--within", within)
+    options = {"tip": tip, "base": base, "angle": angle, "topic": topic, "episode": episode, "period": period}
+    _refuse_options(task, recording, options)
+    given: str | Scenario = task
+    source = quoted(task)
+    if recording is not None:
+        arm = load_arm(task, tip=tip, base=base, fixed={})
+        given = recorded(recording, arm, angle=angle, topic=topic, episode=episode, period=period)
+        texts = [f"--{name} {quoted(str(value))}" for name, value in options.items() if value is not None]
+        source = " ".join([f"--recording {quoted(recording)} --robot {quoted(task)}", *texts])
+    chosen = changed(given, law=law, fail=[], healthy=healthy)
+    source += (f" --law {quoted(law)}" if law else "") + (" --healthy" if healthy else "")
+    found = rehearsed(
+        chosen,
+        kinds=[_kind(chosen.arm, text) for text in kind or ["locked"]],
+        joints=joint or None,
+        k=together,
+        onsets=onsets,
+        known_after=0.0 if known_after is None else delay(known_after),
+        allowed_distance=allowed[0],
+        allowed_angle=allowed[1],
+        threads=threads,
+    )
+    folder = folder_for(out, recording or task)
+    remove_older(folder / PAGE, folder / RECORD)
+    facts = found.facts()
+    written = [write_summary(facts, folder, SUMMARY), *_record(found, folder / RECORD)]
+    written += write_page(page, folder / PAGE, lambda: found.html(source))
+    if as_json:
+        print_json({**facts, "files": [str(path) for path in written]})
+    else:
+        _print(found)
+        console().print(f"\nwrote {', '.join(map(str, written))}", soft_wrap=True)
+    if found.interrupted:
+        raise typer.Exit(CTRL_C)
+    if require is not None and not found.share >= require:
+        raise typer.Exit(NOT_FINISHED)
+
+
+def quoted(text: str) -> str:
+    """A word as a shell takes it."""
+    import shlex
+
+    return shlex.quote(text)
+
+
+def _refuse_options(task: str, recording: str | None, options: dict[str, Any]) -> None:
+    """Raises InputError for options of a recording where there is none."""
+    from stillreach.errors import InputError
+
+    if recording is None:
+        for name, value in options.items():
+            if value is not None:
+                raise InputError(
+                    f"--{name}", repr(value), "a recording behind the robot; a scenario names its own robot"
+                )
+
+
+def _kind(arm: Arm, text: str) -> str | FaultKind:
+    from stillreach.cli._faults import fault_kind_of
+    from stillreach.errors import InputError
+    from stillreach.tolerance.failures import KINDS
+
+    if text in KINDS:
+        return text
+    if "=" not in text:
+        from stillreach._messages import did_you_mean
+
+        raise InputError("--kind", repr(text), f"one of {', '.join(KINDS)}{did_you_mean(text, KINDS)}")
+    return fault_kind_of(arm, 0, text, option="--kind")
+
+
+def _record(found: Rehearsal, path: Path) -> list[Path]:
+    """The arrays as netCDF, or a note if the extra is missing."""
+    from stillreach.cli._terminal import note
+    from stillreach.errors import MissingExtraError
+
+    try:
+        found.save(path)
+    except MissingExtraError as missing:
+        note(f"stillreach: {missing} (for {path.name})")
+        return []
+    return [path]
+
+
+def _print(found: Rehearsal) -> None:
+    from stillreach.cli._terminal import console, print_table, table
+    from stillreach.tolerance.rehearsal import HEAD
+
+    out = console()
+    out.print(found.scenario.title, style="bold")
+    out.print(f"{found.described}\n")
+    made = table(*HEAD, right=(1, 2), wrap=(0, 3, 4, 5))
+    for row in found.table():
+        made.add_row(*row)
+    print_table(made)
+    out.print(f"\n{found.verdict}")
+    if found.interrupted:
+        out.print("Interrupted: the failures that were done are counted.", style="red")

@@ -1,0 +1,299 @@
+"""The page of a rehearsal: one HTML file that needs no network."""
+
+from __future__ import annotations
+
+import json
+import math
+from importlib import resources
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from stillreach._core import instruction_set
+from stillreach._words import joined
+from stillreach.errors import MissingExtraError
+from stillreach.show.arm3d import stations
+from stillreach.simulation import simulate
+from stillreach.tolerance.cause import WORDS, Cause
+from stillreach.tolerance.failures import KINDS
+
+if TYPE_CHECKING:
+    from stillreach.simulation import Run
+    from stillreach.tolerance import Rehearsal
+    from stillreach.tolerance.rehearsal import Place
+
+COLUMNS = 120
+"""The most columns of a heat map: each shows the worst of its moments."""
+GOOD = ((0.0, "#e3eef9"), (0.1, "#c0d9f0"), (0.3, "#8fbce6"), (1.0, "#4a8fd0"))
+BAD = ((1.0, "#f9c784"), (3.0, "#f0963c"), (10.0, "#d9641a"), (100.0, "#a33b0b"))
+"""Colours by the error as a multiple of what is allowed: blue and orange, which every eye tells apart."""
+NOT_DONE = "#bbbbbb"
+CELL, ROW, LEFT, BOTTOM = 720, 22, 150, 34
+"""Sizes of a heat map: width of the cells, height of a row, space for names and for times."""
+PICTURES = 3
+VIEW = np.deg2rad(-50.0), np.deg2rad(22.0)
+"""Azimuth and elevation of the pictures of the arm."""
+
+
+def rehearsal_page(found: Rehearsal, source: str) -> str:
+    """The page as text.
+
+    Args:
+        found: the rehearsal.
+        source: what a command calls the task.
+
+    Raises:
+        MissingExtraError: if Jinja is not installed.
+    """
+    try:
+        import jinja2
+    except ImportError as error:
+        raise MissingExtraError("page", "the page of a rehearsal") from error
+    folder = resources.files("stillreach.show")
+    environment = jinja2.Environment(
+        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
+    )
+    template = environment.from_string((folder / "rehearsal.html").read_text(encoding="utf-8"))
+    maps = [_heat_map(found, kind, source) for kind in range(len(found.kinds))]
+    return template.render(
+        title=found.scenario.title,
+        found=found,
+        maps=maps,
+        legend=[*_legend()],
+        rows=list(found.table()),
+        pictures=list(_pictures(found, source)),
+        cells=json.dumps([cell for made in maps for cell in made.cells]).replace("</", "<\\/"),
+        facts=_how(found, source),
+        css=(folder / "rehearsal.css").read_text(encoding="utf-8"),
+    )
+
+
+class _Cell(NamedTuple):
+    """A rectangle of a heat map."""
+
+    x: float
+    y: float
+    width: float
+    colour: str
+    lost: bool
+    label: str
+    case: int
+
+
+class _HeatMap(NamedTuple):
+    """A heat map of a kind of failures: joint by onset."""
+
+    kind: str
+    meaning: str
+    share: str
+    height: int
+    rects: list[_Cell]
+    names: list[tuple[float, str]]
+    ticks: list[tuple[float, str]]
+    cells: list[dict[str, Any]]
+
+
+def _heat_map(found: Rehearsal, kind: int, source: str) -> _HeatMap:
+    moments = np.array_split(np.arange(len(found.onset)), min(COLUMNS, len(found.onset)))
+    width = CELL / len(moments)
+    order, rects = found.ranking, list[_Cell]()
+    cells: list[dict[str, Any]] = []
+    before = kind * len(order) * len(moments)
+    excess = _excess(found)
+    for row, which in enumerate(order):
+        for column, own in enumerate(moments):
+            worst = own[int(np.argmax(np.nan_to_num(excess[kind, which, own], nan=-1.0)))]
+            place = (kind, which, int(worst))
+            told = _told(found, place, source)
+            label = f"{told['joint']}, {told['when']}: {told['what']}"
+            rects.append(
+                _Cell(
+                    LEFT + column * width,
+                    row * ROW,
+                    width,
+                    _colour(float(excess[place])),
+                    bool(found.done[place] and not found.survives[place]),
+                    label,
+                    before + len(cells),
+                )
+            )
+            cells.append(told)
+    names = [(row * ROW + 0.5 * ROW, _short(found.joints[which])) for row, which in enumerate(order)]
+    text = KINDS[found.kinds[kind]][1] if found.kinds[kind] in KINDS else ""
+    done = max(int(np.sum(found.done[kind])), 1)
+    share = f"{100 * np.sum(found.survives[kind]) / done:.3g} %"
+    height = ROW * len(order)
+    return _HeatMap(found.kinds[kind], text, share, height, rects, names, _times(found), cells)
+
+
+def _excess(found: Rehearsal) -> np.ndarray:
+    """(K, S, T) the largest error as a multiple of what is allowed."""
+    near, turned = (max(limit, 1e-12) for limit in found.limits)
+    return np.asarray(np.maximum(found.worst_distance / near, found.worst_angle / turned))
+
+
+def _told(found: Rehearsal, place: Place, source: str) -> dict[str, Any]:
+    """What a reader is told of a case."""
+    cause = Cause(int(found.cause[place]))
+    if cause == Cause.NOT_DONE:
+        what = WORDS[cause]
+    else:
+        worst = _off(found.worst_distance[place], found.worst_angle[place])
+        what = f"up to {worst} off, {_off(found.final_distance[place], found.final_angle[place])} at the end"
+        if cause != Cause.SURVIVES:
+            joint = int(found.limited_by[place])
+            of = f" of {found.scenario.arm.joint_names[joint]}" if joint >= 0 else ""
+            what = f"{WORDS[cause]}{of} at {found.failed_time[place]:.3g} s; {what}"
+    return {
+        "joint": found.joints[place[1]],
+        "kind": found.kinds[place[0]],
+        "when": f"fails at {found.onset[place[2]]:.3g} s",
+        "what": what,
+        "command": found.command(place, source),
+    }
+
+
+def _off(distance: float, angle: float) -> str:
+    return f"{1000 * distance:.3g} mm and {math.degrees(angle):.3g} deg"
+
+
+def _colour(excess: float) -> str:
+    """The colour of an error, between those of GOOD or BAD by its logarithm."""
+    if math.isnan(excess):
+        return NOT_DONE
+    scale = GOOD if excess <= 1.0 else BAD
+    low = max((k for k, (value, _) in enumerate(scale) if value <= excess), default=0)
+    if low == len(scale) - 1:
+        return scale[-1][1]
+    (first, one), (last, other) = scale[low], scale[low + 1]
+    share = (excess - first) / (last - first)
+    parts = [round((1.0 - share) * int(one[k : k + 2], 16) + share * int(other[k : k + 2], 16)) for k in (1, 3, 5)]
+    return "#" + "".join(f"{part:02x}" for part in parts)
+
+
+def _legend() -> list[tuple[str, str, bool]]:
+    """Colours, what they mean, and whether the failure is not survived."""
+    good = [(colour, f"{100 * value:g} %", False) for value, colour in GOOD]
+    return [*good, *((colour, f"{value:g} x", True) for value, colour in BAD)]
+
+
+def _times(found: Rehearsal) -> list[tuple[float, str]]:
+    """Places and texts of the times below a heat map."""
+    end = float(found.onset[-1]) if len(found.onset) > 1 else 0.0
+    if end <= 0.0:
+        return [(LEFT + 0.5 * CELL, f"{found.onset[0]:g} s")]
+    step = 10.0 ** math.floor(math.log10(end))
+    step = next(step * part for part in (0.1, 0.2, 0.25, 0.5, 1.0, 2.0) if end / (step * part) <= 10.0)
+    span = end * len(found.onset) / (len(found.onset) - 1)
+    return [(LEFT + CELL * step * k / span, f"{step * k:g} s") for k in range(int(end / step + 1e-9) + 1)]
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= 22 else f"{name[:21]}…"
+
+
+class _Picture(NamedTuple):
+    """The arm at the moment at which it left its tolerance."""
+
+    title: str
+    text: str
+    command: str
+    links: str
+    path: str
+    actual: str
+    joints: list[tuple[float, float, bool]]
+    tool: tuple[float, float]
+    goal: tuple[float, float]
+    box: str
+
+
+def _pictures(found: Rehearsal, source: str) -> list[_Picture]:
+    """The worst case of each of the worst sets of joints."""
+    excess = np.where(found.done & ~found.survives, _excess(found), -1.0)
+    chosen = [which for which in found.ranking if np.max(excess[:, which]) > 0.0][:PICTURES]
+    pictures = []
+    for which in chosen:
+        kind, moment = np.unravel_index(int(np.argmax(excess[:, which])), excess[:, which].shape)
+        place = (int(kind), which, int(moment))
+        run = simulate(
+            found.case(found.kinds[place[0]], found.failures.sets[which], found.onset[moment]), progress=False
+        )
+        pictures.append(_picture(found, place, run, source))
+    return pictures
+
+
+def _picture(found: Rehearsal, place: Place, run: Run, source: str) -> _Picture:
+    told, summary = _told(found, place, source), run.summary()
+    tick = min(round(float(found.worst_time[place]) / run.scenario.period), len(run) - 1)
+    points, _ = stations(run.scenario.arm, run.q[tick])
+    tool = run.pose[tick, :3, 3]
+    flat = _projected(np.concatenate([points, [tool]]))
+    path, actual = _projected(run.target[:, :3, 3]), _projected(run.pose[:, :3, 3])
+    goal = _projected(run.target[tick : tick + 1, :3, 3])[0]
+    everything = np.concatenate([flat, path, actual])
+    low, high = everything.min(axis=0), everything.max(axis=0)
+    room = 0.08 * float(np.max(high - low)) + 1e-3
+    low, size = low - room, high - low + 2.0 * room
+    failed = set(found.failures.sets[place[1]])
+    joints = [
+        (float(x), float(y), moving.leader in failed)
+        for (x, y), moving in zip(flat[1:], run.scenario.arm.chain, strict=False)
+    ]
+    why = f" {summary.why.sentence[0].upper()}{summary.why.sentence[1:]}." if summary.why else ""
+    return _Picture(
+        title=f"{told['joint']} {told['when']} ({told['kind']})",
+        text=f"{told['what'][0].upper()}{told['what'][1:]}. Drawn at {run.time[tick]:.3g} s.{why}",
+        command=told["command"],
+        links=_line(flat),
+        path=_line(_thinned(path)),
+        actual=_line(_thinned(actual)),
+        joints=joints,
+        tool=(float(flat[-1, 0]), float(flat[-1, 1])),
+        goal=(float(goal[0]), float(goal[1])),
+        box=f"{low[0]:.4f} {low[1]:.4f} {size[0]:.4f} {size[1]:.4f}",
+    )
+
+
+def _projected(points: np.ndarray) -> np.ndarray:
+    """(K, 2) points (K, 3) as the page shows them, y downwards."""
+    azimuth, elevation = VIEW
+    across = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    up = np.array([-np.sin(elevation) * np.cos(azimuth), -np.sin(elevation) * np.sin(azimuth), np.cos(elevation)])
+    flat = np.empty((len(points), 2))
+    flat[:, 0], flat[:, 1] = points @ across, -(points @ up)
+    return flat
+
+
+def _thinned(points: np.ndarray) -> np.ndarray:
+    thinned: np.ndarray = points[np.unique(np.linspace(0, len(points) - 1, 300).astype(int))]
+    return thinned
+
+
+def _line(points: np.ndarray) -> str:
+    return " ".join(f"{x:.4f},{y:.4f}" for x, y in points)
+
+
+def _how(found: Rehearsal, source: str) -> list[tuple[str, str]]:
+    """How it was computed."""
+    from importlib.metadata import version
+
+    scenario, known = found.scenario, found.failures.known_after
+    delay = "at once" if not known else "never" if math.isinf(known) else f"{1000 * known:g} ms later"
+    own = [f"{fault.joint} ({fault.kind.word}) at {fault.at:g} s" for fault in scenario.faults]
+    kinds = [f"{kind} ({KINDS[kind][1]})" if kind in KINDS else kind for kind in found.kinds]
+    healthy = _off(float(np.max(found.healthy_distance)), float(np.max(found.healthy_angle)))
+    rule = f"the tool stays within {_off(*found.limits)} of its target from the failure on to the end"
+    return [
+        ("task", f"{scenario.title}: {source}"),
+        ("path", f"{_off(*found.way)} in {scenario.duration:g} s"),
+        ("arm", f"{scenario.arm.name}, {scenario.arm.n} joints"),
+        ("other faults", joined(own, "and") if own else "none"),
+        ("failures", f"{', '.join(kinds)}; at {len(found.onset)} moments"),
+        ("controller", f"{scenario.law}, every {1000 * scenario.period:g} ms, {scenario.loop} loop"),
+        ("null motion", str(scenario.null_motion) if scenario.null_motion is not None else "none"),
+        ("it knows", f"of a failure {delay}"),
+        ("survived", rule),
+        ("without a failure", f"up to {healthy} off"),
+        ("simulated", f"{found.ticks:,} ticks in {found.seconds:.3g} s, each case to the end"),
+        ("program", f"stillreach {version('stillreach')}, {instruction_set()} instructions"),
+    ]

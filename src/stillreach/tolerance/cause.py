@@ -1,0 +1,83 @@
+"""Why a failure is not survived, in one word, from the tick that left most of its command undone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from stillreach._door import FloatArray
+from stillreach.batch import solve_batch
+from stillreach.laws import LeastError
+from stillreach.simulation import Scenario
+from stillreach.simulation.why import MISSED, NOTHING
+from stillreach.status import Health, Reason
+
+
+class Cause(IntEnum):
+    """What became of a failure, and why the tool was not held."""
+
+    NOT_DONE = 0
+    SURVIVES = 1
+    DELAY = 2
+    DIRECTION = 3
+    POSITION = 4
+    SPEED = 5
+    ONE_WAY = 6
+    RUNAWAY = 7
+    LAW = 8
+
+
+WORDS = {
+    Cause.NOT_DONE: "not computed",
+    Cause.SURVIVES: "survives",
+    Cause.DELAY: "before the controller knew",
+    Cause.DIRECTION: "direction lost",
+    Cause.POSITION: "position limit",
+    Cause.SPEED: "speed limit",
+    Cause.ONE_WAY: "one direction only",
+    Cause.RUNAWAY: "the runaway joint",
+    Cause.LAW: "the law",
+}
+"""In tables; ``docs/rehearsal.md`` explains them."""
+
+
+def cause_of(scenario: Scenario, record: Mapping[str, np.ndarray], since: int, tick: int) -> tuple[Cause, int]:
+    """Why the tool left its tolerance at a tick, from the ticks since the controller knew of the failure.
+
+    Returns:
+        The cause, and the index of the joint whose limit it is, or -1.
+    """
+    at = since + int(np.argmax(record["task_error"][since : tick + 1]))
+    lower, upper = record["lower"][at], record["upper"][at]
+    fixed = lower == upper
+    free = np.where(fixed, lower, -np.inf), np.where(fixed, upper, np.inf)
+    wanted = float(np.linalg.norm(_left(scenario, record, at, (np.zeros_like(lower), np.zeros_like(upper)))))
+    least = MISSED * wanted + NOTHING
+    if np.linalg.norm(_left(scenario, record, at, free)) > least:
+        return Cause.DIRECTION, -1
+    if np.linalg.norm(_left(scenario, record, at, (lower, upper))) <= least:
+        return Cause.LAW, -1
+    reason, health = np.abs(record["active"][at]), record["known"][at]
+    hurt = reason == Reason.FAULT
+    for cause, held in (
+        (Cause.POSITION, (reason == Reason.POSITION) | (hurt & (health == Health.CONFINED))),
+        (Cause.ONE_WAY, hurt & (health == Health.ONE_WAY)),
+    ):
+        if held.any():
+            return cause, int(np.argmax(held))
+    if (health == Health.RUNAWAY).any():
+        return Cause.RUNAWAY, int(np.argmax(health == Health.RUNAWAY))
+    slow = (reason == Reason.RATE) | (reason == Reason.ACCELERATION) | (hurt & (health == Health.DERATED))
+    return Cause.SPEED, int(np.argmax(slow)) if slow.any() else -1
+
+
+def _left(scenario: Scenario, record: Mapping[str, Any], at: int, bounds: tuple[FloatArray, FloatArray]) -> FloatArray:
+    """(m,) what the best rates inside some bounds leave of the command of a tick."""
+    one, law = slice(at, at + 1), LeastError(price=None, weights=scenario.law.weights if scenario.law else None)
+    q, twist = record["measured"][one], record["command"][one]
+    found = solve_batch(scenario.arm, law, q, twist, bounds, task=scenario.task, want="residual")
+    left: FloatArray = np.asarray(found.residual)[0]
+    return left

@@ -1,0 +1,452 @@
+"""The result of a rehearsal: what became of each failure, by kind, joints and moment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stillreach import _door
+from stillreach._door import FloatArray
+from stillreach._files import new_file
+from stillreach._messages import one_of
+from stillreach._words import aligned, joined
+from stillreach.errors import InputError, MissingExtraError
+from stillreach.simulation import Scenario
+from stillreach.tolerance.cause import WORDS, Cause
+from stillreach.tolerance.failures import Failures
+
+if TYPE_CHECKING:
+    import os
+
+    import xarray
+
+HEAD = ("fails", "survives", "position alone", "worst error", "lost", "mostly because of")
+"""Columns of the table."""
+Place = tuple[int, int, int]
+"""Kind, set of joints, moment."""
+
+
+@dataclass(eq=False, repr=False, kw_only=True)
+class Rehearsal:
+    """What became of every failure.
+
+    Arrays have the axes kind, joints and onset, (K, S, T); those of cases that were not done are NaN.
+
+    Args:
+        scenario: the task, with the faults that every failure comes on top of.
+        failures: the cases.
+        limits: the allowed distance [m] and angle [rad].
+        way: length [m] and angle [rad] of the commanded path.
+        q: (T, n) where the joints stand at each onset [rad, m].
+        cause: (K, S, T) of Cause: SURVIVES, or why the tool left its tolerance.
+        limited_by: (K, S, T) index of the joint whose limit that is, or -1.
+        worst_distance, worst_angle: (K, S, T) [m, rad] the largest from the onset on.
+        worst_time: (K, S, T) [s] when the distance is largest.
+        final_distance, final_angle: (K, S, T) [m, rad] at the end.
+        delay_distance, delay_angle: (K, S, T) [m, rad] when the controller learned of the failure.
+        failed_time: (K, S, T) [s] when the tool left its tolerance; NaN where it did not.
+        healthy_distance, healthy_angle: (ticks,) [m, rad] of the arm without a failure.
+        seconds: how long the rehearsal took.
+        interrupted: whether Ctrl-C ended it early.
+    """
+
+    scenario: Scenario
+    failures: Failures
+    limits: tuple[float, float]
+    way: tuple[float, float]
+    q: FloatArray
+    cause: npt.NDArray[np.int8]
+    limited_by: npt.NDArray[np.int16]
+    worst_distance: FloatArray
+    worst_angle: FloatArray
+    worst_time: FloatArray
+    final_distance: FloatArray
+    final_angle: FloatArray
+    delay_distance: FloatArray
+    delay_angle: FloatArray
+    failed_time: FloatArray
+    healthy_distance: FloatArray
+    healthy_angle: FloatArray
+    seconds: float = 0.0
+    interrupted: bool = False
+
+    @classmethod
+    def empty(
+        cls, scenario: Scenario, failures: Failures, limits: tuple[float, float], way: tuple[float, float]
+    ) -> Rehearsal:
+        """One of which nothing is done yet."""
+        arrays: dict[str, Any] = {name: np.full(failures.shape, np.nan) for name in MEASURED}
+        for name in ("healthy_distance", "healthy_angle"):
+            arrays[name] = np.full(scenario.steps + 1, np.nan)
+        return cls(
+            scenario=scenario,
+            failures=failures,
+            limits=limits,
+            way=way,
+            q=np.full((failures.shape[2], scenario.arm.n), np.nan),
+            cause=np.full(failures.shape, Cause.NOT_DONE, dtype=np.int8),
+            limited_by=np.full(failures.shape, -1, dtype=np.int16),
+            **arrays,
+        )
+
+    @property
+    def onset(self) -> FloatArray:
+        """(T,) [s] the moments."""
+        return np.asarray(self.failures.ticks * self.scenario.period)
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """(K,) the kinds of failures."""
+        return self.failures.kinds
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """(S,) names of the joints that fail, ``"j2 + j4"`` where several do."""
+        names = self.scenario.arm.joint_names
+        return tuple(" + ".join(names[joint] for joint in joints) for joints in self.failures.sets)
+
+    @property
+    def done(self) -> npt.NDArray[np.bool_]:
+        """(K, S, T) which cases are done."""
+        return np.asarray(self.cause != Cause.NOT_DONE)
+
+    @property
+    def survives(self) -> npt.NDArray[np.bool_]:
+        """(K, S, T) whether the tool stayed within both tolerances."""
+        return np.asarray(self.cause == Cause.SURVIVES)
+
+    @property
+    def survives_position(self) -> npt.NDArray[np.bool_]:
+        """(K, S, T) whether the tool's place stayed within its tolerance, whatever its attitude did."""
+        return np.asarray(self.worst_distance <= self.limits[0])
+
+    @property
+    def share(self) -> float:
+        """The share of the failures that are survived, 0 to 1; NaN if none is done."""
+        count = int(np.count_nonzero(self.done))
+        return float(np.count_nonzero(self.survives)) / count if count else np.nan
+
+    @property
+    def ticks(self) -> int:
+        """How many ticks were simulated, those of the healthy run included."""
+        left = self.scenario.steps + 1 - self.failures.ticks
+        return int(np.sum(self.done * left) + self.scenario.steps + 1)
+
+    @property
+    def healthy_survives(self) -> bool:
+        """Whether the arm without a failure stays within the tolerances from the first onset on."""
+        first = int(self.failures.ticks[0])
+        near, turned = self.limits
+        return bool(np.all(self.healthy_distance[first:] <= near) and np.all(self.healthy_angle[first:] <= turned))
+
+    def case(self, kind: str, joints: str | int | Sequence[str | int], onset: float) -> Scenario:
+        """The scenario of one case, for ``simulate``: it gives the ticks of the rehearsal to the last bit.
+
+        Args:
+            kind: one of ``kinds``.
+            joints: one of ``joints``, or the names or indices of the joints that fail.
+            onset: [s] the nearest of the moments is taken.
+
+        Raises:
+            InputError: if there is no such case.
+        """
+        return self._scenario_at(self._place(kind, joints, onset))
+
+    def _scenario_at(self, place: Place) -> Scenario:
+        faults = self.failures.faults(self.scenario, place, self.q[place[2]])
+        return replace(self.scenario, faults=(*self.scenario.faults, *faults))
+
+    def _place(self, kind: Any, joints: Any, onset: Any) -> Place:
+        if kind not in self.kinds:
+            raise InputError("kind", _door.describe(kind), one_of(self.kinds, kind))
+        if isinstance(joints, str) and joints in self.joints:
+            which = self.joints.index(joints)
+        else:
+            given: list[Any] = [joints] if isinstance(joints, str | int | np.integer) else list(joints)
+            indices = tuple(sorted(self.scenario.arm.joint_index(joint) for joint in given))
+            sets = [tuple(sorted(joints)) for joints in self.failures.sets]
+            if indices not in sets:
+                raise InputError("joints", _door.describe(joints), one_of(self.joints[:20]))
+            which = sets.index(indices)
+        moment = _door.scalar("onset", onset)
+        return self.kinds.index(kind), which, int(np.argmin(np.abs(self.onset - moment)))
+
+    def command(self, place: Place, source: str) -> str:
+        """The command that simulates a case of a task that a command knows as ``source``."""
+        parts = ["stillreach run", source]
+        faults = self.failures.faults(self.scenario, place, self.q[place[2]])
+        for fault in faults:
+            name = self.scenario.arm.joint_names[self.scenario.arm.joint_index(fault.joint)]
+            values = ",".join(_spoken(number) for number in vars(fault.kind).values())
+            parts.append(f"--fail '{name}@{fault.at:.12g}:{fault.kind.word}{'=' if values else ''}{values}'")
+        if self.failures.known_after:
+            delay = self.failures.known_after
+            parts.append("--known-after " + (f"{delay:.12g}" if np.isfinite(delay) else "never"))
+        return " ".join(parts)
+
+    def gaps(self, which: int, kind: int | None = None) -> list[tuple[int, int]]:
+        """First and last moment (indices) of each range in which a set of joints cannot fail, of one or of any kind."""
+        kinds = slice(None) if kind is None else slice(kind, kind + 1)
+        lost = np.any(self.done[kinds, which] & ~self.survives[kinds, which], axis=0)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], lost, [False]])))
+        return [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+    def when(self, which: int, kind: int | None = None) -> str:
+        """When a set of joints cannot fail, in words."""
+        last, onset = len(self.onset) - 1, self.onset
+        words = []
+        for a, b in self.gaps(which, kind):
+            if (a, b) == (0, last):
+                return "at any time"
+            if a == b:
+                words.append(f"at {onset[a]:.3g} s")
+            elif a == 0:
+                words.append(f"until {onset[b]:.3g} s")
+            elif b == last:
+                words.append(f"from {onset[a]:.3g} s on")
+            else:
+                words.append(f"between {onset[a]:.3g} and {onset[b]:.3g} s")
+        more = ["once more" if len(words) == 4 else f"{len(words) - 3} more times"] if len(words) > 3 else []
+        return joined([*words[:3], *more], "and") if words else "never"
+
+    @property
+    def ranking(self) -> list[int]:
+        """The sets of joints, from the one whose failure is survived least often on."""
+        done = np.maximum(np.sum(self.done, axis=(0, 2)), 1)
+        shares = np.sum(self.survives, axis=(0, 2)) / done
+        worst = np.nan_to_num(np.max(np.nan_to_num(self.worst_distance, nan=0.0), axis=(0, 2)))
+        return sorted(range(len(shares)), key=lambda which: (shares[which], -worst[which]))
+
+    @property
+    def verdict(self) -> str:
+        """The result in one or two sentences."""
+        count = int(np.count_nonzero(self.done))
+        if not count:
+            return "No failure was rehearsed."
+        first = f"The arm survives {_percent(self.share)} of {count} failures{_within(self)}"
+        if not self.healthy_survives:
+            off = float(np.nanmax(self.healthy_distance)), float(np.nanmax(self.healthy_angle))
+            return f"{first}; but without a failure it is itself up to {_errors(self, off)} off."
+        bad = [which for which in self.ranking if self.gaps(which)]
+        if not bad:
+            return f"{first}: every one, and the tool stays within {_errors(self, self._worst(slice(None)))}."
+        always = [self.joints[which] for which in bad if self.when(which) == "at any time"]
+        texts = [f"{joined(always[:6], 'or')} at any time" + _more(always, 6)] if always else []
+        some = [which for which in bad if self.when(which) != "at any time"]
+        texts += [f"{self.joints[which]} {self.when(which)}" for which in some[:4]]
+        text = f"{first}. It cannot lose {'; nor '.join(texts)}{_more(some, 4)}"
+        good = [which for which in range(len(self.joints)) if which not in bad]
+        if good:
+            names = joined([self.joints[which] for which in good[:6]], "and") + _more(good, 6)
+            text += f". It can lose {names} at any time, and stays within {_errors(self, self._worst(good))}"
+        return f"{text}."
+
+    def _share(self, which: int) -> float:
+        """The share of the failures of a set of joints that are survived."""
+        return int(np.sum(self.survives[:, which])) / max(int(np.sum(self.done[:, which])), 1)
+
+    def _worst(self, which: Any) -> tuple[float, float]:
+        distance, angle = self.worst_distance[:, which], self.worst_angle[:, which]
+        return float(np.nanmax(distance)), float(np.nanmax(angle))
+
+    def table(self) -> Iterator[tuple[str, ...]]:
+        """Rows for HEAD: the joints that fail, from the worst on; kinds together."""
+        for which in self.ranking:
+            done = self.done[:, which]
+            count = max(int(np.sum(done)), 1)
+            lost = done & ~self.survives[:, which]
+            causes = [Cause(int(code)) for code in np.unique(self.cause[:, which][lost])]
+            most = max(causes, key=lambda cause: int(np.sum(self.cause[:, which] == cause)), default=None)
+            text = "" if most is None else WORDS[most] + self._of_joint(which, most)
+            shares = (np.sum(self.survives[:, which]) / count, np.sum(self.survives_position[:, which]) / count)
+            worst = _errors(self, self._worst([which])) if done.any() else ""
+            yield (self.joints[which], *map(_percent, shares), worst, self.when(which), text)
+
+    def _of_joint(self, which: int, cause: Cause) -> str:
+        """`` of panda_joint2`` where the limit is mostly that joint's."""
+        joints = self.limited_by[:, which][self.cause[:, which] == cause]
+        joints = joints[joints >= 0]
+        if not len(joints):
+            return ""
+        return f" of {self.scenario.arm.joint_names[int(np.argmax(np.bincount(joints)))]}"
+
+    def __str__(self) -> str:
+        return "\n".join([aligned([HEAD, *self.table()]), "", self.verdict])
+
+    def __repr__(self) -> str:
+        kinds, sets, moments = self.failures.shape
+        shape = f"{kinds} kinds x {sets} joints x {moments} moments"
+        return f"<Rehearsal of {self.scenario.title!r}: {shape}, {_percent(self.share)} survive>"
+
+    @property
+    def described(self) -> str:
+        """What was rehearsed, in a line."""
+        kinds, sets, moments = self.failures.shape
+        count = f"{len(self.failures.sets[0])} joints" if len(self.failures.sets[0]) > 1 else "joint"
+        known = self.failures.known_after
+        delay = "at once" if not known else "never" if np.isinf(known) else f"after {1000 * known:g} ms"
+        ticks = f"{self.ticks / 1e6:.3g} million ticks of {1000 * self.scenario.period:g} ms in {self.seconds:.2g} s"
+        names = ", ".join(self.kinds)
+        return (
+            f"{self.scenario.arm.name}, {kinds * sets * moments} failures: {names}; {sets} times {count}, "
+            f"{moments} moments; known {delay}; {ticks}"
+        )
+
+    def facts(self) -> dict[str, Any]:
+        """The main numbers, for JSON; docs/rehearsal.md explains them."""
+        lost = self.done & ~self.survives
+        return {
+            "scenario": self.scenario.title,
+            "arm": self.scenario.arm.name,
+            "law": str(self.scenario.law),
+            "verdict": self.verdict,
+            "share": self.share,
+            "failures": int(np.count_nonzero(self.done)),
+            "complete": not self.interrupted,
+            "kinds": list(self.kinds),
+            "onsets": self.onset.tolist(),
+            "known_after": self.failures.known_after,
+            "allowed": {"distance": self.limits[0], "angle": self.limits[1]},
+            "healthy": {
+                "survives": self.healthy_survives,
+                "distance": float(np.max(self.healthy_distance)),
+                "angle": float(np.max(self.healthy_angle)),
+            },
+            "joints": {
+                self.joints[which]: {
+                    "share": self._share(which),
+                    "worst_distance": self._worst([which])[0] if self.done[:, which].any() else None,
+                    "worst_angle": self._worst([which])[1] if self.done[:, which].any() else None,
+                    "lost": [[float(self.onset[a]), float(self.onset[b])] for a, b in self.gaps(which)],
+                    "causes": {
+                        WORDS[cause]: int(np.sum(self.cause[:, which][lost[:, which]] == cause))
+                        for cause in Cause
+                        if np.any(self.cause[:, which][lost[:, which]] == cause)
+                    },
+                }
+                for which in self.ranking
+            },
+            "ticks": self.ticks,
+            "seconds": self.seconds,
+        }
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the arrays to a netCDF file (extra ``netcdf``), with their labels.
+
+        Raises:
+            MissingExtraError: if xarray or h5netcdf is not installed.
+            OSError: if the file cannot be written.
+        """
+        found = self.to_xarray()
+        try:
+            import h5netcdf  # noqa: F401
+        except ImportError as error:
+            raise MissingExtraError("netcdf", "rehearsal.save()") from error
+        with new_file(path) as file:
+            file.write(bytes(found.to_netcdf(engine="h5netcdf")))
+
+    def html(self, source: str = "SCENARIO") -> str:
+        """A page that needs no network: verdict, heat map, joints with reasons, and the command that replays each case.
+
+        Args:
+            source: what a command calls the task, e.g. ``"panda-elbow"`` or ``"--recording drive.csv --robot panda"``.
+
+        Raises:
+            MissingExtraError: if Jinja is not installed (extra ``page``).
+        """
+        from stillreach.show.page import rehearsal_page
+
+        return rehearsal_page(self, source)
+
+    def page(self, path: str | os.PathLike[str], source: str = "SCENARIO") -> None:
+        """Write that page to a file.
+
+        Raises:
+            MissingExtraError: if Jinja is not installed (extra ``page``).
+            OSError: if the file cannot be written.
+        """
+        text = self.html(source)
+        with new_file(path) as file:
+            file.write(text.encode())
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The arrays by name, with the axes kind, joint and onset (extra ``netcdf``).
+
+        Raises:
+            MissingExtraError: if xarray is not installed.
+        """
+        try:
+            import xarray
+        except ImportError as error:
+            raise MissingExtraError("netcdf", "rehearsal.to_xarray()") from error
+        axes = ("kind", "joint", "onset")
+        reasons = np.vectorize(lambda code: WORDS[Cause(code)])(self.cause)
+        arrays = {name: getattr(self, name) for name in MEASURED}
+        values = {"survives": self.survives, "survives_position": self.survives_position, "reason": reasons, **arrays}
+        found = xarray.Dataset(
+            {name: (axes, np.asarray(array)) for name, array in values.items()},
+            coords={"kind": list(self.kinds), "joint": list(self.joints), "onset": self.onset},
+            attrs={
+                "title": self.scenario.title,
+                "arm": self.scenario.arm.name,
+                "law": str(self.scenario.law),
+                "period": self.scenario.period,
+                "known_after": self.failures.known_after,
+                "allowed_distance": self.limits[0],
+                "allowed_angle": self.limits[1],
+                "share": self.share,
+                "interrupted": int(self.interrupted),
+            },
+        )
+        for name in arrays:
+            found[name].attrs["units"] = "rad" if name.endswith("angle") else "s" if name.endswith("time") else "m"
+        found["onset"].attrs["units"] = "s"
+        return found
+
+
+MEASURED = (
+    "worst_distance",
+    "worst_angle",
+    "worst_time",
+    "final_distance",
+    "final_angle",
+    "delay_distance",
+    "delay_angle",
+    "failed_time",
+)
+"""The measured arrays of a rehearsal."""
+
+
+def _spoken(number: float) -> str:
+    """A number of a fault as ``--fail`` reads it."""
+    return f"{number:+g}" if abs(number) == 1.0 else repr(float(number))
+
+
+def _percent(share: float) -> str:
+    """Whole percents; 100 and 0 only where they are meant."""
+    if np.isnan(share):
+        return ""
+    rounded = round(100 * float(share))
+    if (rounded == 100 and share < 1.0) or (rounded == 0 and share > 0.0):
+        return f"{100 * share:.1f} %"
+    return f"{rounded} %"
+
+
+def _errors(of: Rehearsal, off: tuple[float, float]) -> str:
+    """A distance and an angle, each if the task has it."""
+    rows = of.scenario.task.indices if of.scenario.task else range(6)
+    texts = [f"{1000 * off[0]:.3g} mm"] if min(rows) < 3 else []
+    texts += [f"{np.rad2deg(off[1]):.3g} deg"] if max(rows) >= 3 else []
+    return " and ".join(texts)
+
+
+def _within(of: Rehearsal) -> str:
+    return f" (allowed: {_errors(of, of.limits)})"
+
+
+def _more(names: Sequence[Any], shown: int) -> str:
+    return f" and {len(names) - shown} more" if len(names) > shown else ""

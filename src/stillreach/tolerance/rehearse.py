@@ -1,0 +1,324 @@
+"""Rehearse a task: every failure of every joint, at many moments, in closed loop.
+
+Each case begins at its onset from one healthy run, with the controller and the plant as they are then, and goes on as
+``simulate`` would: the ticks, the feedback and the delay of knowing are those of a run with that fault.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stillreach import _door
+from stillreach._core import SimulatedPlant, frames, pose_distances
+from stillreach._door import FloatArray
+from stillreach.batch import threads_of
+from stillreach.control import Controller
+from stillreach.errors import InputError
+from stillreach.faults import FaultKind
+from stillreach.plants import KinematicPlant
+from stillreach.recordings import Recording
+from stillreach.simulation import Scenario
+from stillreach.simulation.commanded import along_tool, asked, commanded
+from stillreach.simulation.document import check_whole
+from stillreach.simulation.orders import orders_of
+from stillreach.simulation.progress import Progress
+from stillreach.simulation.record import empty_record
+from stillreach.simulation.schedule import Change, fault_changes
+from stillreach.simulation.summary import allowed_errors
+from stillreach.status import Health
+from stillreach.tolerance.cause import Cause, cause_of
+from stillreach.tolerance.failures import Failures
+from stillreach.tolerance.rehearsal import Rehearsal
+
+
+def rehearse(
+    task: Scenario | Recording,
+    *,
+    kinds: Sequence[str | FaultKind] | str | FaultKind = ("locked",),
+    k: int = 1,
+    joints: Sequence[str | int] | None = None,
+    onsets: int | npt.ArrayLike = 100,
+    known_after: float = 0.0,
+    allowed_distance: float | None = None,
+    allowed_angle: float | None = None,
+    threads: int | None = None,
+    progress: bool | None = None,
+    **settings: Any,
+) -> Rehearsal:
+    """Which failures an arm survives on a task, and when.
+
+    A failure is survived if from its onset on the tool stays within the allowed distance and angle of its target, until
+    the end. Of a healthy arm that is itself farther off after the onset, no failure is survived.
+
+    Args:
+        task: a scenario with ``clock="time"``, whose own faults hold as well, or a recording.
+        kinds: words of ``KINDS``, or faults such as ``Derated(0.2)``.
+        k: how many joints fail, all at once and in the same way.
+        joints: names or indices of those that may fail; None: all that the scenario leaves healthy.
+        onsets: how many moments, evenly spaced from the start on, or moments [s].
+        known_after: [s] until the controller knows of the failure; inf: it never does.
+        allowed_distance: [m] None: 1 % of the path, at least 1 mm.
+        allowed_angle: [rad] None: 1 % of the turn, at least 1 deg.
+        threads: how many; None: as for ``solve_batch``.
+        progress: show a bar; None: on a terminal, after one second.
+        settings: replace those of the scenario, e.g. ``law=`` or ``null_motion=``.
+
+    Returns:
+        What became of each failure. After Ctrl-C those that are done, and ``interrupted`` is True.
+
+    Raises:
+        InputError: if an argument is invalid.
+        UnknownJointError: if the arm has no such joint.
+    """
+    scenario = _scenario(task, settings)
+    cases = Failures.of(scenario, kinds, k, joints, onsets, known_after)
+    way = commanded(scenario).length()
+    limits = allowed_errors(way, allowed_distance, allowed_angle)
+    began = time.perf_counter()
+    found = Rehearsal.empty(scenario, cases, limits, way)
+    _run(_Course(scenario, cases.known_after), cases, found, threads_of(threads) or _processors(), progress)
+    found.seconds = time.perf_counter() - began
+    return found
+
+
+def _processors() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _scenario(task: Any, settings: Mapping[str, Any]) -> Scenario:
+    if isinstance(task, Recording):
+        scenario = task.scenario(**settings)
+    elif isinstance(task, Scenario):
+        names = set(Scenario.__dataclass_fields__)
+        for name in settings:
+            if name not in names:
+                raise TypeError(f"rehearse() got an unexpected keyword argument {name!r}")
+        scenario = replace(task, **settings) if settings else task
+    else:
+        raise InputError("task", _door.describe(task), "a Scenario or a Recording")
+    if scenario.clock != "time":
+        raise InputError("task", f'clock = "{scenario.clock}"', 'clock = "time": each case must have the same targets')
+    check_whole(scenario)
+    return scenario
+
+
+@dataclass(frozen=True)
+class _Part:
+    """The commands of one part of the motion."""
+
+    first: int
+    end: int
+    twists: FloatArray
+    frames: FloatArray | None
+
+
+@dataclass(frozen=True)
+class _Moment:
+    """The healthy run just before a tick."""
+
+    q: FloatArray
+    memory: Any
+    plant: SimulatedPlant | None
+
+
+class _Course:
+    """What all cases share: commands and targets by tick, the errors of the encoders, the healthy run."""
+
+    def __init__(self, scenario: Scenario, known_after: float) -> None:
+        self.scenario, self.ticks, self.n = scenario, scenario.steps + 1, scenario.arm.n
+        orders, plan = orders_of(scenario), scenario.schedule
+        self.stages = orders.stages
+        self.target = np.empty((self.ticks, 4, 4))
+        breaks = sorted({0, *(start for start in plan.starts if start < scenario.steps), scenario.steps})
+        closed = scenario.loop == "closed"
+        self.parts: list[_Part] = []
+        for first, end in zip(breaks, [*breaks[1:], self.ticks], strict=True):
+            twists, poses = orders.chunk(first, end, last=first == scenario.steps)
+            self.target[first:end] = poses[:: self.stages][: end - first]
+            self.parts.append(_Part(first, end, np.ascontiguousarray(twists), frames(poses) if closed else None))
+        plant = scenario.plant
+        assert isinstance(plant, KinematicPlant)
+        faults = scenario.faults
+        self.has_plant = not plant.exact or known_after > 0.0 or any(fault.known_after for fault in faults)
+        self.measures_badly = bool(plant.noise or plant.resolution)
+        self.noise: FloatArray | None = None
+        if plant.noise:
+            self.noise = np.random.default_rng(plant.seed).normal(0.0, plant.noise, (self.ticks, self.n))
+        task = scenario.task
+        assert task is not None
+        self.asked, self.along_tool = asked(task).ravel(), along_tool(task)
+
+    def new_plant(self) -> SimulatedPlant | None:
+        plant = self.scenario.plant
+        assert isinstance(plant, KinematicPlant)
+        return plant.simulated(self.n, self.scenario.period) if self.has_plant else None
+
+    def distances(self, pose: FloatArray, first: int) -> FloatArray:
+        """(K, 2) distance [m] and angle [rad] from the targets from a tick on."""
+        wanted = self.target[first : first + len(pose)]
+        return np.asarray(pose_distances(pose, wanted, self.asked, self.along_tool))
+
+    def moments(self, ticks: npt.NDArray[np.int64], found: Rehearsal) -> list[_Moment]:
+        """The healthy run just before some ticks; its errors go into the rehearsal."""
+        worker = _Worker(self)
+        q, plant = self.scenario.start.copy(), self.new_plant()
+        changes = fault_changes(self.scenario, self.scenario.faults)
+        moments: list[_Moment] = []
+        tick = 0
+        for until in [*ticks.tolist(), self.ticks]:
+            worker.go(tick, until, q, plant, *changes)
+            tick = until
+            if until < self.ticks:
+                found.q[len(moments)] = q
+                moments.append(_Moment(q.copy(), worker.controller.memory(), plant.copy() if plant else None))
+        off = self.distances(worker.record["pose"], 0)
+        found.healthy_distance[:], found.healthy_angle[:] = off.T
+        return moments
+
+
+class _Worker:
+    """A controller and memory for a record, of one thread."""
+
+    def __init__(self, course: _Course) -> None:
+        self.course = course
+        self.controller = course.scenario.controller()
+        self.record = empty_record(course.ticks, course.n)
+        self.rows = [name for name in self.record if name not in ("time", "path_time", "target")]
+
+    def go(
+        self,
+        first: int,
+        until: int,
+        q: FloatArray,
+        plant: SimulatedPlant | None,
+        changes: Mapping[int, Sequence[Change]],
+        known: Mapping[int, Sequence[Change]],
+    ) -> None:
+        """The ticks from ``first`` to ``until``, as ``simulate`` has them."""
+        course = self.course
+        breaks = sorted({tick for tick in (*changes, *known) if first < tick < until})
+        for a, b in _pieces(first, until, breaks, course.parts):
+            _tell(self.controller, known.get(a, ()))
+            if plant:
+                _break(plant, changes.get(a, ()))
+            part = next(part for part in course.parts if part.first <= a < part.end)
+            last = a == course.scenario.steps
+            from_, to = course.stages * (a - part.first), course.stages * (b - part.first)
+            rows = slice(from_, to + (course.stages == 2 and not last))
+            rows = slice(0, 1) if last else rows
+            self.controller.rollout(
+                q,
+                part.twists[rows],
+                None if part.frames is None else part.frames[rows],
+                integrator=course.scenario.integrator,
+                advance=not last,
+                plant=plant,
+                noise=None if course.noise is None or plant is None else course.noise[a:b],
+                record={name: self.record[name][a:b] for name in self.rows},
+            )
+        if plant and course.measures_badly:
+            self.record["pose"][first:until] = course.scenario.task_pose(self.record["q"][first:until])
+
+
+def _pieces(first: int, until: int, breaks: list[int], parts: list[_Part]) -> Iterator[tuple[int, int]]:
+    """Ranges of ticks without a change of faults or motion."""
+    cuts = sorted({first, until, *breaks, *(part.first for part in parts if first < part.first < until)})
+    return pairwise(cuts)
+
+
+def _tell(controller: Controller, changes: Sequence[Change]) -> None:
+    for joint, kind in changes:
+        if kind is None:
+            controller.restore(joint)
+        else:
+            controller.fail(joint, kind)
+
+
+def _break(plant: SimulatedPlant, changes: Sequence[Change]) -> None:
+    for joint, kind in changes:
+        if kind is None:
+            plant.set_fault(joint, Health.HEALTHY, 0.0, 0.0)
+        else:
+            plant.set_fault(joint, kind.health, *kind.numbers)
+
+
+def _run(course: _Course, cases: Failures, found: Rehearsal, threads: int, progress: bool | None) -> None:
+    """All cases, an onset at a time in each thread."""
+    moments = course.moments(cases.ticks, found)
+    own, stop = threading.local(), threading.Event()
+
+    def onset(place: int) -> int:
+        if not hasattr(own, "worker"):
+            own.worker = _Worker(course)
+        count = 0
+        for kind, which in np.ndindex(*cases.shape[:2]):
+            if stop.is_set():
+                break
+            _case(own.worker, cases, found, moments[place], (kind, which, place))
+            count += 1
+        return count
+
+    total, done = int(np.prod(cases.shape)), 0
+    name = found.scenario.name or "rehearsing"
+    with ThreadPoolExecutor(max_workers=min(threads, len(cases.ticks))) as pool, Progress(name, total, progress) as bar:
+        waiting: set[Future[int]] = {pool.submit(onset, place) for place in range(len(cases.ticks))}
+        try:
+            while waiting:
+                ended, waiting = wait(waiting, timeout=0.2, return_when=FIRST_COMPLETED)
+                done += sum(future.result() for future in ended)
+                bar.update(done)
+        except KeyboardInterrupt:
+            found.interrupted = True
+        finally:
+            stop.set()
+            for future in waiting:
+                future.cancel()
+
+
+def _case(
+    worker: _Worker,
+    cases: Failures,
+    found: Rehearsal,
+    moment: _Moment,
+    place: tuple[int, int, int],
+) -> None:
+    """One case, from its onset to the end; what became of it goes into the rehearsal."""
+    course, first = worker.course, int(cases.ticks[place[2]])
+    scenario = course.scenario
+    faults = cases.faults(scenario, place, moment.q)
+    informed = int(min(scenario.tick_at(faults[0].at + cases.known_after), course.ticks))
+    if scenario.faults:
+        changes, known = fault_changes(scenario, (*scenario.faults, *faults))
+    else:  # the same, sooner
+        told: list[Change] = [(joint, fault.kind) for joint, fault in zip(cases.sets[place[1]], faults, strict=True)]
+        changes, known = {first: told}, {informed: told}
+    worker.controller.recall(moment.memory)
+    plant = moment.plant.copy() if moment.plant else None
+    worker.go(first, course.ticks, moment.q.copy(), plant, changes, known)
+    off = course.distances(worker.record["pose"][first:], first)
+    informed = min(informed, scenario.steps)
+    worst = np.argmax(off, axis=0)
+    found.worst_distance[place], found.worst_angle[place] = off[worst[0], 0], off[worst[1], 1]
+    found.worst_time[place] = (first + worst[0]) * scenario.period
+    found.final_distance[place], found.final_angle[place] = off[-1]
+    found.delay_distance[place], found.delay_angle[place] = off[informed - first]
+    beyond = np.flatnonzero(np.any(off > found.limits, axis=1))
+    if not len(beyond):
+        found.cause[place] = Cause.SURVIVES
+        return
+    tick = first + int(beyond[0])
+    found.failed_time[place] = tick * scenario.period
+    if tick < informed:
+        found.cause[place] = Cause.DELAY
+    else:
+        found.cause[place], found.limited_by[place] = cause_of(scenario, worker.record, informed, tick)
