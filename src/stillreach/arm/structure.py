@@ -97,7 +97,7 @@ class Structure(Value):
             for moving in self.chain
             if moving.joint.kind == "prismatic"
         ]
-        return float(sum(math.hypot(*T[:3, 3]) for T in links) + sum(slides))
+        return math.fsum([*(math.hypot(*T[:3, 3]) for T in links), *slides])  # sum() rounds as its Python does
 
     @cached_property
     def chain(self) -> tuple[Moving, ...]:
