@@ -14,7 +14,7 @@ CPP_LINTED := $(shell find include bindings dispatch tests bench -name "*.?pp" -
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test bench track bench-peers why instructions lint cpp-test pytest wheel dev format requirements clean help check-tools
+.PHONY: demo test bench track bench-peers why instructions lint cpp-test pytest wheel wheels dev format requirements clean help check-tools
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -67,6 +67,9 @@ why: dev  ## measure the tables of docs/why-it-is-fast.md and write them there (
 
 wheel: $(STAMPS)/all $(STAMPS)/wheel  ## build the wheel and install it into .venv
 
+wheels: $(STAMPS)/wheel  ## build the wheels to give away into dist/ and try each with every Python; ARGS="--help" for more
+	$(BIN)/python scripts/wheels.py $(ARGS)
+
 dev: $(STAMPS)/test $(STAMPS)/robots $(STAMPS)/wheel  ## everything that working on the code needs, in .venv
 
 # The pinned requirements, from pyproject.toml and requirements/build.in.
@@ -77,8 +80,9 @@ requirements: check-tools  ## pin the newest versions of everything
 	$(PYTHON) -m venv build/pip-tools
 	build/pip-tools/bin/pip install -q pip-tools==7.6.2
 	$(PIP_COMPILE) --extra plot --extra netcdf --extra test -o requirements/test.txt pyproject.toml
-	$(PIP_COMPILE) -c requirements/test.txt --extra plot --extra netcdf --extra recordings -o requirements/all.txt pyproject.toml
+	$(PIP_COMPILE) -c requirements/test.txt --extra plot --extra netcdf --extra page --extra recordings -o requirements/all.txt pyproject.toml
 	$(PIP_COMPILE) -c requirements/test.txt -o requirements/build.txt requirements/build.in
+	$(PIP_COMPILE) -o requirements/wheels.txt requirements/wheels.in
 	$(PIP_COMPILE) -o requirements/peers.txt requirements/peers.in pyproject.toml
 	sed -i 's/+cpu / /' requirements/peers.txt
 

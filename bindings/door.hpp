@@ -71,7 +71,8 @@ inline PyTypeObject* array_type() {
 inline double* numpy_vector(nb::handle object, long length, bool writable = false) {
   PyArrayObject* const array = reinterpret_cast<PyArrayObject*>(object.ptr());
   if (Py_TYPE(object.ptr()) != array_type()) return nullptr;
-  if (PyArray_TYPE(array) != NPY_DOUBLE || !PyArray_ISNOTSWAPPED(array)) return nullptr;
+  const PyArray_Descr* const type = PyArray_DESCR(array);
+  if (type->type_num != NPY_DOUBLE || !PyArray_ISNBO(type->byteorder)) return nullptr;
   if (PyArray_NDIM(array) != 1 || PyArray_DIM(array, 0) != length) return nullptr;
   if (!PyArray_CHKFLAGS(array, writable ? NPY_ARRAY_CARRAY : NPY_ARRAY_CARRAY_RO)) return nullptr;
   return static_cast<double*>(PyArray_DATA(array));

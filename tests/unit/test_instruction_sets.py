@@ -8,6 +8,7 @@ import os
 import platform
 import re
 import shutil
+import subprocess
 import sys
 from itertools import combinations
 from pathlib import Path
@@ -89,3 +90,18 @@ def test_a_tick_from_python_runs_on_a_machine_without_avx() -> None:
     path, *old_rates = run(*OLD_MACHINE, sys.executable, "-c", TICK).split()
     assert path == "baseline"
     assert list(map(float, old_rates)) == pytest.approx(list(map(float, rates)), rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.skipif(not Path("/proc/cpuinfo").exists(), reason="only Linux lists what its processor has")
+def test_the_widest_set_that_the_processor_has_is_chosen() -> None:
+    flags = set(re.search(r"^flags\s*:(.*)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)[1].split())
+    expected = "baseline"
+    if {"avx2", "fma"} <= flags:
+        expected = "avx512" if {"avx512f", "avx512dq"} <= flags else "avx2"
+    for named in SETS:
+        environment = {**os.environ, "STILLREACH_INSTRUCTIONS": named}
+        code = "import stillreach._core as core; print(core.instruction_set())"
+        chosen = subprocess.run(
+            [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+        )
+        assert chosen.stdout.strip() == min(named, expected, key=SETS.index)
