@@ -18,8 +18,10 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
-demo: $(STAMPS)/all $(STAMPS)/wheel  ## reproduce the paper into out/paper
+demo: $(STAMPS)/all $(STAMPS)/wheel  ## rehearse a Panda into out/demo, reproduce the paper into out/paper
+	$(BIN)/python examples/08_rehearse.py out/demo
 	$(BIN)/stillreach paper --out out/paper
+	@echo "Open out/demo/rehearsal.html and out/paper/figure-stillreach.png."
 	@echo "The command is $(BIN)/stillreach; after '. $(BIN)/activate' the shell finds it as stillreach."
 
 test: lint cpp-test pytest  ## lint, C++ tests (also under sanitizers), Python tests on the installed wheel
@@ -87,7 +89,7 @@ requirements: check-tools  ## pin the newest versions of everything
 	sed -i 's/+cpu / /' requirements/peers.txt
 
 clean:  ## remove everything that was made; your own runs in out/ stay
-	rm -rf .venv .venv-peers build dist out/paper .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-peers build dist out/paper out/demo .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	rmdir out 2>/dev/null || true
 	find src tests examples -name __pycache__ -prune -exec rm -rf {} +
 

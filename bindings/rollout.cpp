@@ -160,7 +160,8 @@ void bind_rollout(nb::module_& m, nb::class_<Controller>& c) {
       nb::arg("integrator") = "euler", nb::arg("advance") = true, nb::arg("plant").none() = nb::none(),
       nb::arg("noise").none() = nb::none(), nb::arg("record"),
       "A chunk of simulated ticks from q (n,), which is moved along.\n\n"
-      "twists (K, 6) commands, for \"rk4\" (2 K + 1, 6), one each half tick; targets (as many, 12) poses to track, of frames(), "
+      "twists (K, 6) commands, for \"rk4\" (2 K + 1, 6), one each half tick; targets (as many, 12) poses to track, of "
+      "frames(), "
       "or None; "
       "plant: what the arm makes of the rates, or None; noise (K, n) of its encoders, or None. "
       "record: arrays by the names of Run, K rows each; advance=False records K ticks at q and leaves it where it is.");

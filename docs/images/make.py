@@ -11,6 +11,7 @@ from PIL import Image  # comes with matplotlib
 HERE = Path(__file__).parent
 OUT = HERE.parents[1] / "out"
 DRAWN = {
+    "rehearsal.png": OUT / "demo" / "rehearsal.png",
     "figure-stillreach.png": OUT / "paper" / "figure-stillreach.png",
     "panda-elbow.png": OUT / "panda-elbow" / "run.png",
 }

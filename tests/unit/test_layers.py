@@ -46,7 +46,7 @@ PUBLIC_API = RANK["tolerance"]  # `import stillreach` brings in everything up to
 # (layer, function, imported layer)
 ALLOWED = {
     ("arm", "inverse", "inverse"),
-    *((layer, "plot", "show") for layer in ("arm", "simulation")),
+    *((layer, "plot", "show") for layer in ("arm", "simulation", "tolerance")),
     ("tolerance", "html", "show"),
 }
 HEADER_LAYERS = ("simd", "linear", "kinematics", "problem", "bounded", "laws", "control", "batch")

@@ -83,7 +83,7 @@ def test_the_wheel_holds_every_file_of_the_package() -> None:
     }
     package = {name: text for name, text in written.items() if not name.startswith("include/")}
     installed = Path(stillreach.__file__).parent
-    assert {Path(name).suffix for name in package} == {".py", ".toml", ".csv"}
+    assert {Path(name).suffix for name in package} == {".py", ".toml", ".csv", ".html", ".css"}
     assert [name for name, text in package.items() if (installed / name).read_text(encoding="utf-8") != text] == []
 
 

@@ -99,8 +99,8 @@ inline void pose_error(const double* target, const double* pose, double* twist) 
 }
 
 // How far count poses (rows of 16) are from those that are wanted: rows of distance and angle, of the twist that leads
-// there, in the components that are asked for (6, 0 or 1), along the axes of the pose or of the base. NaN where one of the
-// two is no pose.
+// there, in the components that are asked for (6, 0 or 1), along the axes of the pose or of the base. NaN where one of
+// the two is no pose.
 inline void pose_distances(const double* actual, const double* wanted, long count, const double* asked, bool along_pose,
                            double* off) {
   for (long t = 0; t < count; ++t) {
@@ -114,7 +114,8 @@ inline void pose_distances(const double* actual, const double* wanted, long coun
       const double* v = twist + 3 * part;
       double sum = 0.0;
       for (int i = 0; i < 3; ++i) {
-        const double along = along_pose ? madd(pose[i], v[0], madd(pose[3 + i], v[1], pose[6 + i] * v[2])) : v[i];
+        const double* axis = pose + 3 * i;
+        const double along = along_pose ? madd(axis[0], v[0], madd(axis[1], v[1], axis[2] * v[2])) : v[i];
         if (asked[3 * part + i] != 0.0) sum = madd(along, along, sum);
       }
       off[2 * t + part] = square_root(sum);

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from stillreach.simulation import Scenario
     from stillreach.tolerance import Rehearsal
 
-PAGE, RECORD, SUMMARY = "rehearsal.html", "rehearsal.nc", "rehearsal.json"
+PAGE, PICTURE, RECORD, SUMMARY = "rehearsal.html", "rehearsal.png", "rehearsal.nc", "rehearsal.json"
 
 
 def rehearse(
@@ -74,19 +74,22 @@ def rehearse(
     page: Annotated[
         bool | None, typer.Option("--page/--no-page", help="Write rehearsal.html; by default if Jinja is installed.")
     ] = None,
+    plot: Annotated[
+        bool | None, typer.Option("--plot/--no-plot", help="Draw rehearsal.png; by default if matplotlib is installed.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print only JSON.")] = False,
 ) -> None:
     """Rehearse a task: which joints can fail, and when.
 
     Every failure of every joint at every moment is simulated to the end. It is survived if the tool stays within the
-    allowed distance of its target. Writes rehearsal.html (a page to pass on), rehearsal.nc and rehearsal.json. Exits
-    with 0, or with 1 if fewer survive than --require says. Ctrl-C keeps what is done.
+    allowed distance of its target. Writes rehearsal.html (a page to pass on), .png, .nc and .json. Exits with 0, or
+    with 1 if fewer survive than --require says. Ctrl-C keeps what is done.
     """
     from stillreach._units import tolerances
     from stillreach.cli._exit import CTRL_C, NOT_FINISHED
     from stillreach.cli._faults import changed, delay
     from stillreach.cli._recordings import recorded
-    from stillreach.cli._records import folder_for, remove_older, write_page, write_summary
+    from stillreach.cli._records import folder_for, picture, remove_older, write_page, write_summary
     from stillreach.cli._robots import load_arm
     from stillreach.cli._terminal import console, print_json
     from stillreach.tolerance import rehearse as rehearsed
@@ -115,10 +118,11 @@ def rehearse(
         threads=threads,
     )
     folder = folder_for(out, recording or task)
-    remove_older(folder / PAGE, folder / RECORD)
+    remove_older(folder / PAGE, folder / PICTURE, folder / RECORD)
     facts = found.facts()
     written = [write_summary(facts, folder, SUMMARY), *_record(found, folder / RECORD)]
     written += write_page(page, folder / PAGE, lambda: found.html(source))
+    written += picture(plot, folder / PICTURE, found.plot)
     if as_json:
         print_json({**facts, "files": [str(path) for path in written]})
     else:

@@ -13,6 +13,7 @@ from stillreach._core import instruction_set
 from stillreach._words import joined
 from stillreach.errors import MissingExtraError
 from stillreach.show.arm3d import stations
+from stillreach.show.heat import colour, columns, heading, legend
 from stillreach.simulation import simulate
 from stillreach.tolerance.cause import WORDS, Cause
 from stillreach.tolerance.failures import KINDS
@@ -22,14 +23,8 @@ if TYPE_CHECKING:
     from stillreach.tolerance import Rehearsal
     from stillreach.tolerance.rehearsal import Place
 
-COLUMNS = 120
-"""The most columns of a heat map: each shows the worst of its moments."""
-GOOD = ((0.0, "#e3eef9"), (0.1, "#c0d9f0"), (0.3, "#8fbce6"), (1.0, "#4a8fd0"))
-BAD = ((1.0, "#f9c784"), (3.0, "#f0963c"), (10.0, "#d9641a"), (100.0, "#a33b0b"))
-"""Colours by the error as a multiple of what is allowed: blue and orange, which every eye tells apart."""
-NOT_DONE = "#bbbbbb"
-CELL, ROW, LEFT, BOTTOM = 720, 22, 150, 34
-"""Sizes of a heat map: width of the cells, height of a row, space for names and for times."""
+CELL, ROW, LEFT = 720, 22, 150
+"""Sizes of a heat map: width of the cells, height of a row, space for the names."""
 PICTURES = 3
 VIEW = np.deg2rad(-50.0), np.deg2rad(22.0)
 """Azimuth and elevation of the pictures of the arm."""
@@ -59,7 +54,7 @@ def rehearsal_page(found: Rehearsal, source: str) -> str:
         title=found.scenario.title,
         found=found,
         maps=maps,
-        legend=[*_legend()],
+        legend=legend(),
         rows=list(found.table()),
         pictures=list(_pictures(found, source)),
         cells=json.dumps([cell for made in maps for cell in made.cells]).replace("</", "<\\/"),
@@ -84,7 +79,6 @@ class _HeatMap(NamedTuple):
     """A heat map of a kind of failures: joint by onset."""
 
     kind: str
-    meaning: str
     share: str
     height: int
     rects: list[_Cell]
@@ -94,42 +88,19 @@ class _HeatMap(NamedTuple):
 
 
 def _heat_map(found: Rehearsal, kind: int, source: str) -> _HeatMap:
-    moments = np.array_split(np.arange(len(found.onset)), min(COLUMNS, len(found.onset)))
-    width = CELL / len(moments)
-    order, rects = found.ranking, list[_Cell]()
-    cells: list[dict[str, Any]] = []
-    before = kind * len(order) * len(moments)
-    excess = _excess(found)
+    made = columns(found, kind)
+    width, order = CELL / len(made), found.ranking
+    before = kind * len(order) * len(made)
+    rects, cells = list[_Cell](), list[dict[str, Any]]()
     for row, which in enumerate(order):
-        for column, own in enumerate(moments):
-            worst = own[int(np.argmax(np.nan_to_num(excess[kind, which, own], nan=-1.0)))]
-            place = (kind, which, int(worst))
-            told = _told(found, place, source)
+        for place, column in enumerate(made):
+            told = _told(found, (kind, which, int(column.places[which])), source)
             label = f"{told['joint']}, {told['when']}: {told['what']}"
-            rects.append(
-                _Cell(
-                    LEFT + column * width,
-                    row * ROW,
-                    width,
-                    _colour(float(excess[place])),
-                    bool(found.done[place] and not found.survives[place]),
-                    label,
-                    before + len(cells),
-                )
-            )
+            shade, lost = colour(float(column.excess[which])), bool(column.lost[which])
+            rects.append(_Cell(LEFT + place * width, row * ROW, width, shade, lost, label, before + len(cells)))
             cells.append(told)
     names = [(row * ROW + 0.5 * ROW, _short(found.joints[which])) for row, which in enumerate(order)]
-    text = KINDS[found.kinds[kind]][1] if found.kinds[kind] in KINDS else ""
-    done = max(int(np.sum(found.done[kind])), 1)
-    share = f"{100 * np.sum(found.survives[kind]) / done:.3g} %"
-    height = ROW * len(order)
-    return _HeatMap(found.kinds[kind], text, share, height, rects, names, _times(found), cells)
-
-
-def _excess(found: Rehearsal) -> np.ndarray:
-    """(K, S, T) the largest error as a multiple of what is allowed."""
-    near, turned = (max(limit, 1e-12) for limit in found.limits)
-    return np.asarray(np.maximum(found.worst_distance / near, found.worst_angle / turned))
+    return _HeatMap(*heading(found, kind), ROW * len(order), rects, names, _times(found), cells)
 
 
 def _told(found: Rehearsal, place: Place, source: str) -> dict[str, Any]:
@@ -155,26 +126,6 @@ def _told(found: Rehearsal, place: Place, source: str) -> dict[str, Any]:
 
 def _off(distance: float, angle: float) -> str:
     return f"{1000 * distance:.3g} mm and {math.degrees(angle):.3g} deg"
-
-
-def _colour(excess: float) -> str:
-    """The colour of an error, between those of GOOD or BAD by its logarithm."""
-    if math.isnan(excess):
-        return NOT_DONE
-    scale = GOOD if excess <= 1.0 else BAD
-    low = max((k for k, (value, _) in enumerate(scale) if value <= excess), default=0)
-    if low == len(scale) - 1:
-        return scale[-1][1]
-    (first, one), (last, other) = scale[low], scale[low + 1]
-    share = (excess - first) / (last - first)
-    parts = [round((1.0 - share) * int(one[k : k + 2], 16) + share * int(other[k : k + 2], 16)) for k in (1, 3, 5)]
-    return "#" + "".join(f"{part:02x}" for part in parts)
-
-
-def _legend() -> list[tuple[str, str, bool]]:
-    """Colours, what they mean, and whether the failure is not survived."""
-    good = [(colour, f"{100 * value:g} %", False) for value, colour in GOOD]
-    return [*good, *((colour, f"{value:g} x", True) for value, colour in BAD)]
 
 
 def _times(found: Rehearsal) -> list[tuple[float, str]]:
@@ -209,7 +160,7 @@ class _Picture(NamedTuple):
 
 def _pictures(found: Rehearsal, source: str) -> list[_Picture]:
     """The worst case of each of the worst sets of joints."""
-    excess = np.where(found.done & ~found.survives, _excess(found), -1.0)
+    excess = np.where(found.done & ~found.survives, found.excess, -1.0)
     chosen = [which for which in found.ranking if np.max(excess[:, which]) > 0.0][:PICTURES]
     pictures = []
     for which in chosen:

@@ -12,7 +12,7 @@ from stillreach._door import FloatArray
 from stillreach.batch import solve_batch
 from stillreach.laws import LeastError
 from stillreach.simulation import Scenario
-from stillreach.simulation.why import MISSED, NOTHING
+from stillreach.simulation.why import HARDLY, MISSED, NOTHING
 from stillreach.status import Health, Reason
 
 
@@ -28,6 +28,7 @@ class Cause(IntEnum):
     ONE_WAY = 6
     RUNAWAY = 7
     LAW = 8
+    RANGE = 9
 
 
 WORDS = {
@@ -40,6 +41,7 @@ WORDS = {
     Cause.ONE_WAY: "one direction only",
     Cause.RUNAWAY: "the runaway joint",
     Cause.LAW: "the law",
+    Cause.RANGE: "reduced range",
 }
 """In tables; ``docs/rehearsal.md`` explains them."""
 
@@ -51,25 +53,38 @@ def cause_of(scenario: Scenario, record: Mapping[str, np.ndarray], since: int, t
         The cause, and the index of the joint whose limit it is, or -1.
     """
     at = since + int(np.argmax(record["task_error"][since : tick + 1]))
-    lower, upper = record["lower"][at], record["upper"][at]
-    fixed = lower == upper
-    free = np.where(fixed, lower, -np.inf), np.where(fixed, upper, np.inf)
-    wanted = float(np.linalg.norm(_left(scenario, record, at, (np.zeros_like(lower), np.zeros_like(upper)))))
-    least = MISSED * wanted + NOTHING
-    if np.linalg.norm(_left(scenario, record, at, free)) > least:
+    lower, upper, active = record["lower"][at], record["upper"][at], record["active"][at]
+    reason, health, fixed = np.abs(active), record["known"][at], lower == upper
+    still = np.zeros_like(lower)
+
+    def left(low: FloatArray, high: FloatArray) -> FloatArray:
+        return _left(scenario, record, at, (low, high))
+
+    def impossible(kept: np.ndarray) -> bool:
+        """Whether the command cannot be done where of all bounds only some are kept."""
+        low = np.where(fixed | (kept & (active < 0)), lower, -np.inf)
+        high = np.where(fixed | (kept & (active > 0)), upper, np.inf)
+        return bool(np.linalg.norm(left(low, high)) > least)
+
+    wanted = left(still, still)
+    least = MISSED * float(np.linalg.norm(wanted)) + NOTHING
+    if impossible(np.zeros(len(lower), dtype=bool)):
         return Cause.DIRECTION, -1
-    if np.linalg.norm(_left(scenario, record, at, (lower, upper))) <= least:
+    undone = left(lower, upper)
+    if np.linalg.norm(undone) <= least:
         return Cause.LAW, -1
-    reason, health = np.abs(record["active"][at]), record["known"][at]
     hurt = reason == Reason.FAULT
-    for cause, held in (
-        (Cause.POSITION, (reason == Reason.POSITION) | (hurt & (health == Health.CONFINED))),
+    for cause, kept in (
+        (Cause.RANGE, hurt & (health == Health.CONFINED)),
         (Cause.ONE_WAY, hurt & (health == Health.ONE_WAY)),
+        (Cause.POSITION, reason == Reason.POSITION),
     ):
-        if held.any():
-            return cause, int(np.argmax(held))
+        if kept.any() and impossible(kept):
+            return cause, int(np.argmax(kept))
     if (health == Health.RUNAWAY).any():
         return Cause.RUNAWAY, int(np.argmax(health == Health.RUNAWAY))
+    if undone @ wanted - undone @ undone <= HARDLY * (undone @ wanted):
+        return Cause.DIRECTION, -1
     slow = (reason == Reason.RATE) | (reason == Reason.ACCELERATION) | (hurt & (health == Health.DERATED))
     return Cause.SPEED, int(np.argmax(slow)) if slow.any() else -1
 

@@ -23,9 +23,12 @@ if TYPE_CHECKING:
     import os
 
     import xarray
+    from matplotlib.figure import Figure
 
 HEAD = ("fails", "survives", "position alone", "worst error", "lost", "mostly because of")
 """Columns of the table."""
+LEAST_ALLOWED = 1e-12
+"""[m, rad]"""
 Place = tuple[int, int, int]
 """Kind, set of joints, moment."""
 
@@ -123,6 +126,12 @@ class Rehearsal:
     def survives_position(self) -> npt.NDArray[np.bool_]:
         """(K, S, T) whether the tool's place stayed within its tolerance, whatever its attitude did."""
         return np.asarray(self.worst_distance <= self.limits[0])
+
+    @property
+    def excess(self) -> FloatArray:
+        """(K, S, T) the largest error as a multiple of what is allowed: of the distance or the angle, the larger."""
+        near, turned = (max(limit, LEAST_ALLOWED) for limit in self.limits)
+        return np.asarray(np.maximum(self.worst_distance / near, self.worst_angle / turned))
 
     @property
     def share(self) -> float:
@@ -348,6 +357,16 @@ class Rehearsal:
             raise MissingExtraError("netcdf", "rehearsal.save()") from error
         with new_file(path) as file:
             file.write(bytes(found.to_netcdf(engine="h5netcdf")))
+
+    def plot(self) -> Figure:
+        """A figure: the verdict, and for each kind of failures the largest error by joint and onset.
+
+        Raises:
+            MissingExtraError: if matplotlib is not installed (extra ``plot``).
+        """
+        from stillreach.show.heat import heat_maps
+
+        return heat_maps(self)
 
     def html(self, source: str = "SCENARIO") -> str:
         """A page that needs no network: verdict, heat map, joints with reasons, and the command that replays each case.
