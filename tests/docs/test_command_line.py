@@ -59,7 +59,7 @@ IN_README = [line.partition("#")[0].strip() for line in README if line.startswit
 
 
 def test_the_readme_shows_every_command_that_looks_at_a_robot_or_moves_it() -> None:
-    assert {line.split()[1] for line in IN_README} == {"run", "compare", "inspect", "reach"}
+    assert {line.split()[1] for line in IN_README} == {"run", "compare", "inspect", "reach", "rehearse"}
 
 
 @pytest.mark.parametrize("line", IN_README)
