@@ -25,6 +25,7 @@ from stillreach.arm.dexterity import (
     task_jacobian,
 )
 from stillreach.arm.limits import sampling_range
+from stillreach.arm.relative import failure_sets, null_basis, without
 from stillreach.errors import InputError
 
 if TYPE_CHECKING:
@@ -237,11 +238,10 @@ class _Place:
     def left(self) -> FloatArray:
         """(n,) manipulability without each joint over manipulability with it; 0 where a direction is lost.
 
-        It is the norm of the joint's row in an orthonormal basis of the null space of J in the served directions.
+        That of J in the served directions.
         """
         served = self.whole.served
-        _, _, Vt = np.linalg.svd(served.T @ self.J, full_matrices=True)
-        kept = np.linalg.norm(Vt[served.shape[1] :], axis=0)
+        kept = without(null_basis(served.T @ self.J), failure_sets(range(self.J.shape[1]), 1))
         return np.array([0.0 if self.lost_without(i).size else kept[i] for i in range(len(kept))])
 
 

@@ -48,6 +48,10 @@ def inspect(
             help="Tool speeds, per second, below which a direction counts as lost; by default 1mm,0.1deg.",
         ),
     ] = None,
+    together: Annotated[
+        int | None,
+        typer.Option("--together", "-k", min=1, help="Also the worst sets of up to so many joints, and speeds."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print only JSON.")] = False,
 ) -> None:
     """Show an arm and the loss of each joint.
@@ -60,16 +64,21 @@ def inspect(
     from stillreach.cli._robots import load_arm
     from stillreach.cli._task import lost_below as speeds
     from stillreach.cli._task import task_of
-    from stillreach.cli._terminal import print_json
+    from stillreach.cli._terminal import console, print_json
+    from stillreach.tolerance import report
 
     task, least = task_of(rows, frame), speeds(lost_below)
     arm = load_arm(robot, tip=tip, base=base, fixed=assignments("--fixed", fixed or []))
     at, source = configuration(arm, q, outside=outside)
     found = arm.losses(at, task, lost_below=least)
+    several = None if together is None else report(arm, found.q, k=together, task=task)
     if as_json:
-        print_json(_facts(robot, found))
+        print_json({**_facts(robot, found), **({} if several is None else {"together": several.facts()})})
     else:
         print_inspection(source, found)
+        if several is not None:
+            console().print(f"\nIf up to {together} joints are locked there:\n", style="bold")
+            console().print(str(several), soft_wrap=True)
 
 
 def _facts(robot: str, found: Losses) -> dict[str, Any]:

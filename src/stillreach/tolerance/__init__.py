@@ -4,5 +4,6 @@ from stillreach.tolerance.cause import Cause
 from stillreach.tolerance.reach import ReachLeft, reach
 from stillreach.tolerance.rehearsal import Rehearsal
 from stillreach.tolerance.rehearse import rehearse
+from stillreach.tolerance.report import Report, report
 
-__all__ = ["Cause", "ReachLeft", "Rehearsal", "reach", "rehearse"]
+__all__ = ["Cause", "ReachLeft", "Rehearsal", "Report", "reach", "rehearse", "report"]

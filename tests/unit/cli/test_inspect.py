@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import stillreach as sr
+from tests.commands import run_command
 from tests.unit.arm.test_losses import elbow_arm
 from tests.unit.arm.urdf_texts import joint, robot
 
@@ -176,3 +177,16 @@ def test_a_standard_input_that_is_closed_is_told(stillreach, monkeypatch):
     assert done.code == 2
     assert "'-', which cannot be read (it is closed)" in done.err
     assert "/dev/fd/99" in stillreach("inspect", "/dev/fd/99").err
+
+
+def test_sets_of_joints_on_request():
+    answer = run_command("inspect", "nasa_modular", "--q", "zero", "--together", "2")
+    assert "If up to 2 joints are locked there:" in answer.out
+    found = json.loads(run_command("inspect", "panda", "--together", "2", "--json").out)["together"]
+    arm = sr.arms.panda()
+    q = json.loads(run_command("inspect", "panda", "--json").out)["at"]["q"]
+    report = sr.tolerance.report(arm, q)
+    assert [tuple(worst["joints"]) for worst in found["worst"]] == [report.worst(size)[0] for size in (1, 2)]
+    assert found["worst"][0]["relative_manipulability"] == pytest.approx(report.relative[0].min())
+    assert found["guaranteed_speed"] == pytest.approx(report.speed)
+    assert run_command("inspect", "panda", "--together", "9").code == 2
