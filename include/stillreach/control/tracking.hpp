@@ -106,7 +106,7 @@ inline void pose_distances(const double* actual, const double* wanted, long coun
   for (long t = 0; t < count; ++t) {
     double pose[12], target[12], twist[6];
     if (!read_pose(actual + 16 * t, pose) || !read_pose(wanted + 16 * t, target)) {
-      off[2 * t] = off[2 * t + 1] = __builtin_nan("");
+      off[2 * t] = off[2 * t + 1] = infinity() - infinity();
       continue;
     }
     pose_error(target, pose, twist);

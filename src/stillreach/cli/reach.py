@@ -46,7 +46,7 @@ def reach(
     seed: Annotated[int, typer.Option(min=0, help="Of the random poses and starts.")] = 1994,
     as_json: Annotated[bool, typer.Option("--json", help="Print only JSON.")] = False,
 ) -> None:
-    """Show which poses an arm still reaches after each joint is locked.
+    """Show which poses an arm still reaches without a joint.
 
     The poses are those of random configurations within the position limits. A pose counts as lost if no search of
     inverse kinematics reaches it.
