@@ -133,6 +133,23 @@ class Manipulability(NullMotion):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Tolerance(Manipulability):
+    """Towards postures that can afford to lose any one joint: rates gain · ∇ ln min r.
+
+    r is the relative manipulability of a working joint: √det(J Jᵀ) without it over that with it. The gradient is
+    analytic. Joints that are nearly as bad as the worst have a part, so that rates do not jump where the worst joint
+    changes; those with r below 0.001, as the elbow of a spherical arm in a pose task, have none: no posture helps them.
+    Where no joint is spare, it is zero.
+
+    Args:
+        gain: [rad²/s].
+    """
+
+    word = "tolerance"
+    kind = NullMotionKind.TOLERANCE
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Gradient(NullMotion):
     """Along a given gradient: rates gain · gradient.
 
@@ -158,7 +175,7 @@ class Gradient(NullMotion):
         return self.kind, gain, _vector("gradient", self.gradient, joints), None
 
 
-NULL_MOTIONS: tuple[type[NullMotion], ...] = (Manipulability, Centring, Posture, Rates, Gradient)
+NULL_MOTIONS: tuple[type[NullMotion], ...] = (Manipulability, Tolerance, Centring, Posture, Rates, Gradient)
 """Every null motion."""
 
 

@@ -14,6 +14,7 @@ enum Closing : std::int8_t { CLOSING_RATE = 1, CLOSING_POSITION = 2 };
   X(POSTURE, "Towards a posture.")                          \
   X(CENTRING, "Towards the middle of the position limits.") \
   X(MANIPULABILITY, "Away from singularities.")             \
+  X(TOLERANCE, "Towards postures that can lose any joint.") \
   X(GRADIENT, "Along a given gradient.")
 enum class NullMotionKind : int { STILLREACH_NULL_MOTION_KIND(STILLREACH_MEMBER) };
 

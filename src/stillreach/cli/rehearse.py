@@ -66,6 +66,9 @@ def rehearse(
     ] = None,
     law: Annotated[str | None, typer.Option(help="Law instead of the scenario's.", autocompletion=complete_law)] = None,
     healthy: Annotated[bool, typer.Option("--healthy", help="Leave out the scenario's own faults.")] = False,
+    postures: Annotated[
+        int, typer.Option(min=0, metavar="N", help="Also look for a better start among so many postures, e.g. 32.")
+    ] = 0,
     threads: Annotated[int | None, typer.Option(min=1, help="By default one a processor.")] = None,
     require: Annotated[
         float | None, typer.Option(min=0.0, max=1.0, help="Exit with 1 if a smaller share survives, e.g. 0.9.")
@@ -92,6 +95,7 @@ def rehearse(
     from stillreach.cli._records import folder_for, picture, remove_older, write_page, write_summary
     from stillreach.cli._robots import load_arm
     from stillreach.cli._terminal import console, print_json
+    from stillreach.tolerance import better_start
     from stillreach.tolerance import rehearse as rehearsed
 
     allowed = tolerances("--within", within)
@@ -117,6 +121,8 @@ def rehearse(
         allowed_angle=allowed[1],
         threads=threads,
     )
+    if postures and not found.interrupted:
+        better_start(found, count=postures, threads=threads)
     folder = folder_for(out, recording or task)
     remove_older(folder / PAGE, folder / PICTURE, folder / RECORD)
     facts = found.facts()
@@ -192,5 +198,7 @@ def _print(found: Rehearsal) -> None:
         made.add_row(*row)
     print_table(made)
     out.print(f"\n{found.verdict}")
+    if found.better is not None:
+        out.print(f"\n{found.advice}")
     if found.interrupted:
         out.print("Interrupted: the failures that were done are counted.", style="red")

@@ -13,9 +13,9 @@ from stillreach import _door
 from stillreach._door import FloatArray
 from stillreach._files import new_file
 from stillreach._messages import one_of
-from stillreach._words import aligned, joined
+from stillreach._words import aligned, joined, shown
 from stillreach.errors import InputError, MissingExtraError
-from stillreach.simulation import Scenario
+from stillreach.simulation import Scenario, simulate
 from stillreach.tolerance.cause import WORDS, Cause
 from stillreach.tolerance.failures import Failures
 
@@ -55,6 +55,7 @@ class Rehearsal:
         healthy_distance, healthy_angle: (ticks,) [m, rad] of the arm without a failure.
         seconds: how long the rehearsal took.
         interrupted: whether Ctrl-C ended it early.
+        better: the same from a better start posture, where ``better_start`` found one.
     """
 
     scenario: Scenario
@@ -76,6 +77,7 @@ class Rehearsal:
     healthy_angle: FloatArray
     seconds: float = 0.0
     interrupted: bool = False
+    better: Rehearsal | None = None
 
     @classmethod
     def empty(
@@ -284,12 +286,26 @@ class Rehearsal:
         return f" of {self.scenario.arm.joint_names[int(np.argmax(np.bincount(joints)))]}"
 
     def __str__(self) -> str:
-        return "\n".join([aligned([HEAD, *self.table()]), "", self.verdict])
+        return "\n".join([aligned([HEAD, *self.table()]), "", self.verdict, *filter(None, [self.advice])])
 
     def __repr__(self) -> str:
         kinds, sets, moments = self.failures.shape
         shape = f"{kinds} kinds x {sets} joints x {moments} moments"
         return f"<Rehearsal of {self.scenario.title!r}: {shape}, {_percent(self.share)} survive>"
+
+    @property
+    def advice(self) -> str:
+        """What another start posture would change, in a sentence; empty where none is known."""
+        if self.better is None:
+            return ""
+        arm, start = self.scenario.arm, self.better.scenario.start
+        names = zip(arm.joint_names, start, arm.joint_units, strict=True)
+        posture = ", ".join(f"{name} {shown(value, unit)}" for name, value, unit in names)
+        less = f"{_percent(self.better.share)} survive instead of {_percent(self.share)}"
+        motion = self.better.scenario.null_motion
+        moving = "" if motion is self.scenario.null_motion else f" and the null motion {motion!r}"
+        price = _price(self.scenario, self.better.scenario)
+        return f"From another start posture{moving} {less}: {posture}. {price}"
 
     @property
     def described(self) -> str:
@@ -338,6 +354,13 @@ class Rehearsal:
                     },
                 }
                 for which in self.ranking
+            },
+            "better": None
+            if self.better is None
+            else {
+                "share": self.better.share,
+                "start": dict(zip(self.scenario.arm.joint_names, self.better.scenario.start.tolist(), strict=True)),
+                "advice": self.advice,
             },
             "ticks": self.ticks,
             "seconds": self.seconds,
@@ -438,6 +461,22 @@ MEASURED = (
     "failed_time",
 )
 """The measured arrays of a rehearsal."""
+
+
+def _price(own: Scenario, other: Scenario) -> str:
+    """What a start posture costs without a failure: rates, and room to the position limits."""
+    rates, rooms = [], []
+    for scenario in (own, other):
+        run = simulate(scenario, progress=False)
+        low, high = scenario.arm.position_limits.T
+        peak = run.summary().rate
+        rates.append("without a limit" if peak is None else f"{_percent(peak.value)} of a joint's limit")
+        room = float(np.min(np.minimum(run.q - low, high - run.q)))
+        rooms.append(f"{room:.2g} rad or m" if np.isfinite(room) else "endless")
+    return (
+        f"Without a failure its largest rate is {rates[1]} (else {rates[0]}), and the least room to a position limit "
+        f"{rooms[1]} (else {rooms[0]})."
+    )
 
 
 def _spoken(number: float) -> str:

@@ -84,6 +84,19 @@ def rehearse(
     cases = Failures.of(scenario, kinds, k, joints, onsets, known_after)
     way = commanded(scenario).length()
     limits = allowed_errors(way, allowed_distance, allowed_angle)
+    return rehearsed(scenario, cases, limits, way, threads=threads, progress=progress)
+
+
+def rehearsed(
+    scenario: Scenario,
+    cases: Failures,
+    limits: tuple[float, float],
+    way: tuple[float, float],
+    *,
+    threads: int | None,
+    progress: bool | None,
+) -> Rehearsal:
+    """The rehearsal of some cases; limits [m, rad] on the errors, way [m, rad] along the path."""
     began = time.perf_counter()
     found = Rehearsal.empty(scenario, cases, limits, way)
     _run(_Course(scenario, cases.known_after), cases, found, threads_of(threads) or _processors(), progress)

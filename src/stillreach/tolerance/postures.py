@@ -1,0 +1,207 @@
+"""Postures that can afford to lose a joint: for one pose of the tool, and for a whole task."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from stillreach import _door
+from stillreach._door import FloatArray
+from stillreach.arm import Arm
+from stillreach.arm.dexterity import task_jacobian
+from stillreach.arm.relative import null_basis
+from stillreach.control import Controller
+from stillreach.errors import InputError
+from stillreach.null_motions import Tolerance
+from stillreach.simulation import Scenario
+from stillreach.simulation.progress import Progress
+from stillreach.task import Task
+from stillreach.tolerance.rehearsal import Rehearsal
+from stillreach.tolerance.rehearse import rehearsed
+from stillreach.tolerance.report import report
+
+SAMPLES, CLIMBED = 256, 6
+"""Configurations of the tool's pose that are looked at, and the best of them that are improved."""
+STEPS, PERIOD = 400, 0.02
+GAIN, LARGEST = 0.3, 0.3
+APART = 0.1
+"""[rad, m] of some joint between two postures."""
+LONGEST, SHORTEST = 0.05, 1e-4
+"""[rad, m] steps of the last search."""
+LOOKS = 12
+"""Moments at which a start is rehearsed before the best is rehearsed in full."""
+
+
+@dataclass(frozen=True, eq=False)
+class Posture:
+    """A posture that can afford to lose any one joint.
+
+    Args:
+        q: (n,) [rad] or [m].
+        worst: the relative manipulability of the joint whose loss leaves least, there; 0 to 1.
+        joint: name of that joint.
+        before: the same at the start.
+    """
+
+    q: FloatArray
+    worst: float
+    joint: str
+    before: float
+
+
+def best_posture(
+    arm: Arm, pose: npt.ArrayLike, start: npt.ArrayLike, *, task: Task | None = None, seed: int = 1994
+) -> Posture:
+    """The configuration of a pose of the tool in which the worst joint to lose costs least.
+
+    Random configurations of the pose within the position limits, and the start itself; the best of them follow the
+    gradient of the worst relative manipulability with the tool in place. Never worse than the start.
+
+    Args:
+        arm: the arm.
+        pose: (4, 4) [m] of the task's point.
+        start: (n,) [rad] or [m], which has that pose.
+        task: rows, frame and point; None: the full pose.
+        seed: of the random configurations.
+
+    Raises:
+        InputError: if an argument is invalid, or the start does not have the pose.
+    """
+    if not isinstance(arm, Arm):
+        raise InputError("arm", _door.describe(arm), "an Arm")
+    chosen = Task() if task is None else task
+    target = _door.pose("pose", pose)
+    q = _door.vector("start", start, arm.n, labels=arm.labels)
+    reached = arm.inverse(target, q, task=chosen, nearest=True)
+    if not reached.reached or float(np.max(np.abs(reached.q - q))) > 1e-6:
+        raise InputError("start", "a configuration that does not have the pose", "one with the tool at the pose")
+    number = _door.count("seed", seed, minimum=0)
+    before = _worst(arm, q, chosen)[0]
+    found = arm.inverse(target, q, task=chosen, solutions=SAMPLES, starts=4 * SAMPLES, seed=number)
+    samples = [q, *found.q[: int(found.found)]]
+    marks = [_worst(arm, sample, chosen)[0] for sample in samples]
+    order = np.argsort(marks, kind="stable")[::-1]
+    best, mark = samples[order[0]], marks[order[0]]
+    for place in order[:CLIMBED]:
+        for at in _climbed(arm, samples[place], target, chosen):
+            worth = _worst(arm, at, chosen)[0]
+            if worth > mark:
+                best, mark = at, worth
+    best = _polished(arm, best, target, chosen)
+    worst, joint = _worst(arm, best, chosen)
+    return Posture(_door.frozen(best), worst, joint, before)
+
+
+def _worst(arm: Arm, q: FloatArray, task: Task) -> tuple[float, str]:
+    """The relative manipulability of the joint whose loss leaves least, and its name; 0 where the arm is singular."""
+    found = report(arm, q, k=1, task=task)
+    (joint,), left = found.worst()
+    return (left if found.rank == task.m else 0.0), joint
+
+
+def _climbed(arm: Arm, q: FloatArray, target: FloatArray, task: Task) -> Iterator[FloatArray]:
+    """Configurations of the same pose along the gradient of the worst relative manipulability."""
+    controller = Controller(arm, task=task, null_motion=Tolerance(gain=GAIN, max_rate=LARGEST), period=PERIOD)
+    at = q.copy()
+    for step in range(1, STEPS + 1):
+        at = at + PERIOD * controller.track(at, target).rates
+        if step % (STEPS // 4) == 0:
+            there = arm.inverse(target, at, task=task, nearest=True, starts=1)
+            if there.reached:
+                yield np.asarray(there.q)
+
+
+def _polished(arm: Arm, q: FloatArray, target: FloatArray, task: Task) -> FloatArray:
+    """The best configuration nearby: small steps along the self-motion, where the gradient's smooth minimum ends."""
+    mark, step = _worst(arm, q, task)[0], LONGEST
+    while step > SHORTEST:
+        axes = null_basis(task_jacobian(arm, q, task)).T
+        better = None
+        for way in (*axes, *-axes):
+            there = arm.inverse(target, q + step * way, task=task, nearest=True, starts=1)
+            worth = _worst(arm, np.asarray(there.q), task)[0] if there.reached else -1.0
+            if worth > mark:
+                better, mark = np.asarray(there.q), worth
+        if better is None:
+            step /= 2.0
+        else:
+            q = better
+    return q
+
+
+def better_start(
+    rehearsal: Rehearsal,
+    *,
+    count: int = 64,
+    seed: int = 1994,
+    threads: int | None = None,
+    progress: bool | None = None,
+) -> Rehearsal | None:
+    """The same task and failures, from the start posture from which most are survived.
+
+    Postures of the tool's first pose within the position limits are drawn at random, and all failures are rehearsed
+    from each, at a few moments; where the scenario has no null motion, from the best ones also with ``Tolerance``. The
+    best one is rehearsed in full.
+
+    Args:
+        rehearsal: of the task from its own start.
+        count: how many postures.
+        seed: of the random postures.
+        threads: how many; None: as for ``rehearse``.
+        progress: show a bar; None: on a terminal, after one second.
+
+    Returns:
+        The rehearsal from the best of them, also as ``rehearsal.better``; None where none is better.
+
+    Raises:
+        InputError: if an argument is invalid.
+    """
+    scenario, failures = rehearsal.scenario, rehearsal.failures
+    number, ways = _door.count("seed", seed, minimum=0), _door.count("count", count)
+    few = replace(failures, ticks=failures.ticks[np.unique(np.linspace(0, len(failures.ticks) - 1, LOOKS).astype(int))])
+    first = rehearsed(scenario, few, rehearsal.limits, rehearsal.way, threads=threads, progress=False)
+    found = scenario.arm.inverse(
+        scenario.schedule.T_start,
+        scenario.start,
+        task=scenario.task,
+        solutions=ways,
+        starts=8 * ways,
+        seed=number,
+        apart=APART,
+        tolerance=1e-9,
+    )
+    tried = [scenario]
+    for q in found.q[: int(found.found)]:
+        with suppress(InputError):  # a course that cannot begin with the attitude of this posture
+            tried.append(replace(scenario, start=q))
+    marks: list[tuple[tuple[float, float], Scenario]] = [(_mark(first), scenario)]
+    with Progress("other postures", len(tried) + CLIMBED, progress) as bar:
+
+        def look(others: Iterable[Scenario]) -> None:
+            for other in others:
+                looked = rehearsed(other, few, rehearsal.limits, rehearsal.way, threads=threads, progress=False)
+                if looked.healthy_survives:
+                    marks.append((_mark(looked), other))
+                bar.update(len(marks))
+
+        look(tried[1:])
+        best = [other for _, other in sorted(marks, key=lambda pair: pair[0], reverse=True)[:CLIMBED]]
+        if scenario.null_motion is None:
+            look(replace(other, null_motion=Tolerance(gain=GAIN, max_rate=LARGEST)) for other in best)
+    chosen = max(marks, key=lambda pair: pair[0])[1]
+    if chosen is scenario:
+        return None
+    whole = rehearsed(chosen, failures, rehearsal.limits, rehearsal.way, threads=threads, progress=progress)
+    if not whole.healthy_survives or whole.share <= rehearsal.share:
+        return None
+    rehearsal.better = whole
+    return whole
+
+
+def _mark(found: Rehearsal) -> tuple[float, float]:
+    """What makes a rehearsal better: more is survived, then smaller errors."""
+    return found.share, -float(np.nanmean(np.log1p(found.excess)))
