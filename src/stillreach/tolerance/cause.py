@@ -29,6 +29,7 @@ class Cause(IntEnum):
     RUNAWAY = 7
     LAW = 8
     RANGE = 9
+    LIMITS = 10
 
 
 WORDS = {
@@ -42,6 +43,7 @@ WORDS = {
     Cause.RUNAWAY: "the runaway joint",
     Cause.LAW: "the law",
     Cause.RANGE: "reduced range",
+    Cause.LIMITS: "rates beyond the limits",
 }
 """In tables; ``docs/rehearsal.md`` explains them."""
 

@@ -25,6 +25,7 @@ from stillreach.batch import threads_of
 from stillreach.control import Controller
 from stillreach.errors import InputError
 from stillreach.faults import FaultKind
+from stillreach.laws import Pseudoinverse, SingularityRobust
 from stillreach.plants import KinematicPlant
 from stillreach.recordings import Recording
 from stillreach.simulation import Scenario
@@ -125,6 +126,10 @@ def _scenario(task: Any, settings: Mapping[str, Any]) -> Scenario:
     return scenario
 
 
+OVER = 1e-9
+"""Relative; a rate this much beyond its bounds is rounding."""
+
+
 @dataclass(frozen=True)
 class _Part:
     """The commands of one part of the motion."""
@@ -169,6 +174,7 @@ class _Course:
             self.noise = np.random.default_rng(plant.seed).normal(0.0, plant.noise, (self.ticks, self.n))
         task = scenario.task
         assert task is not None
+        self.keeps_bounds = not isinstance(scenario.law, Pseudoinverse | SingularityRobust)
         self.asked, self.along_tool = asked(task).ravel(), along_tool(task)
 
     def new_plant(self) -> SimulatedPlant | None:
@@ -241,6 +247,15 @@ class _Worker:
             )
         if plant and course.measures_badly:
             self.record["pose"][first:until] = course.scenario.task_pose(self.record["q"][first:until])
+
+
+def _outside(record: Mapping[str, np.ndarray], first: int) -> tuple[int, int]:
+    """The first tick, from one on, whose rates are outside their bounds, and the joint; -1 where there is none."""
+    rates, lower, upper = (record[name][first:] for name in ("rates", "lower", "upper"))
+    room = OVER * (upper - lower)
+    out = (rates < lower - room) | (rates > upper + room)
+    ticks = np.flatnonzero(out.any(axis=1))
+    return (first + int(ticks[0]), int(np.argmax(out[ticks[0]]))) if len(ticks) else (-1, -1)
 
 
 def _pieces(first: int, until: int, breaks: list[int], parts: list[_Part]) -> Iterator[tuple[int, int]]:
@@ -326,6 +341,12 @@ def _case(
     found.final_distance[place], found.final_angle[place] = off[-1]
     found.delay_distance[place], found.delay_angle[place] = off[informed - first]
     beyond = np.flatnonzero(np.any(off > found.limits, axis=1))
+    if not course.keeps_bounds:
+        tick, joint = _outside(worker.record, first)
+        if joint >= 0 and not (len(beyond) and first + beyond[0] <= tick):
+            found.failed_time[place] = tick * scenario.period
+            found.cause[place], found.limited_by[place] = Cause.LIMITS, joint
+            return
     if not len(beyond):
         found.cause[place] = Cause.SURVIVES
         return
