@@ -69,6 +69,10 @@ def rehearse(
     postures: Annotated[
         int, typer.Option(min=0, metavar="N", help="Also look for a better start among so many postures, e.g. 32.")
     ] = 0,
+    shift: Annotated[
+        str | None,
+        typer.Option(metavar="LENGTH", help="Also look for a better place so far along each axis, e.g. 10cm."),
+    ] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="By default one a processor.")] = None,
     require: Annotated[
         float | None, typer.Option(min=0.0, max=1.0, help="Exit with 1 if a smaller share survives, e.g. 0.9.")
@@ -88,17 +92,18 @@ def rehearse(
     allowed distance of its target. Writes rehearsal.html (a page to pass on), .png, .nc and .json. Exits with 0, or
     with 1 if fewer survive than --require says. Ctrl-C keeps what is done.
     """
-    from stillreach._units import tolerances
+    from stillreach._units import LENGTHS, quantity, tolerances
     from stillreach.cli._exit import CTRL_C, NOT_FINISHED
     from stillreach.cli._faults import changed, delay
     from stillreach.cli._recordings import recorded
     from stillreach.cli._records import folder_for, picture, remove_older, write_page, write_summary
     from stillreach.cli._robots import load_arm
     from stillreach.cli._terminal import console, print_json
-    from stillreach.tolerance import better_start
+    from stillreach.tolerance import better_place, better_start
     from stillreach.tolerance import rehearse as rehearsed
 
     allowed = tolerances("--within", within)
+    far = 0.0 if shift is None else quantity("--shift", shift, LENGTHS, bare=False)
     options = {"tip": tip, "base": base, "angle": angle, "topic": topic, "episode": episode, "period": period}
     _refuse_options(task, recording, options)
     given: str | Scenario = task
@@ -123,6 +128,8 @@ def rehearse(
     )
     if postures and not found.interrupted:
         better_start(found, count=postures, threads=threads)
+    if far and not found.interrupted:
+        better_place(found, [[sign * far * (axis == k) for k in range(3)] for sign in (1, -1) for axis in range(3)])
     folder = folder_for(out, recording or task)
     remove_older(folder / PAGE, folder / PICTURE, folder / RECORD)
     facts = found.facts()
@@ -198,7 +205,7 @@ def _print(found: Rehearsal) -> None:
         made.add_row(*row)
     print_table(made)
     out.print(f"\n{found.verdict}")
-    if found.better is not None:
+    if found.advice:
         out.print(f"\n{found.advice}")
     if found.interrupted:
         out.print("Interrupted: the failures that were done are counted.", style="red")

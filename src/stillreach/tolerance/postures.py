@@ -1,4 +1,4 @@
-"""Postures that can afford to lose a joint: for one pose of the tool, and for a whole task."""
+"""Postures and places that can afford to lose a joint: for one pose of the tool, and for a whole task."""
 
 from __future__ import annotations
 
@@ -18,10 +18,12 @@ from stillreach.control import Controller
 from stillreach.errors import InputError
 from stillreach.null_motions import Tolerance
 from stillreach.simulation import Scenario
+from stillreach.simulation.pose_table import PoseTable
 from stillreach.simulation.progress import Progress
 from stillreach.task import Task
+from stillreach.tolerance.failures import Failures
 from stillreach.tolerance.rehearsal import Rehearsal
-from stillreach.tolerance.rehearse import rehearsed
+from stillreach.tolerance.rehearse import rehearsed, targets
 from stillreach.tolerance.report import report
 
 SAMPLES, CLIMBED = 256, 6
@@ -32,6 +34,8 @@ APART = 0.1
 """[rad, m] of some joint between two postures."""
 LONGEST, SHORTEST = 0.05, 1e-4
 """[rad, m] steps of the last search."""
+SHIFTS = 0.1 * np.concatenate([np.eye(3), -np.eye(3)])
+"""[m] where else a task may be."""
 LOOKS = 12
 """Moments at which a start is rehearsed before the best is rehearsed in full."""
 
@@ -160,9 +164,8 @@ def better_start(
     Raises:
         InputError: if an argument is invalid.
     """
-    scenario, failures = rehearsal.scenario, rehearsal.failures
+    scenario, failures, few = rehearsal.scenario, rehearsal.failures, _few(rehearsal)
     number, ways = _door.count("seed", seed, minimum=0), _door.count("count", count)
-    few = replace(failures, ticks=failures.ticks[np.unique(np.linspace(0, len(failures.ticks) - 1, LOOKS).astype(int))])
     first = rehearsed(scenario, few, rehearsal.limits, rehearsal.way, threads=threads, progress=False)
     found = scenario.arm.inverse(
         scenario.schedule.T_start,
@@ -200,6 +203,69 @@ def better_start(
         return None
     rehearsal.better = whole
     return whole
+
+
+def better_place(
+    rehearsal: Rehearsal,
+    shifts: npt.ArrayLike = SHIFTS,
+    *,
+    threads: int | None = None,
+    progress: bool | None = None,
+) -> Rehearsal | None:
+    """The same task moved to where most failures are survived, as one moves a workpiece.
+
+    At each place the arm begins in the posture nearest to its own. The failures are rehearsed at a few moments, and at
+    the best place in full.
+
+    Args:
+        rehearsal: of the task where it is.
+        shifts: (K, 3) [m] along the base axes; by default 0.1 m along each axis, either way.
+        threads: how many; None: as for ``rehearse``.
+        progress: show a bar; None: on a terminal, after one second.
+
+    Returns:
+        The rehearsal at the best of them, also as ``rehearsal.moved`` with ``rehearsal.shift``; None where none is
+        better.
+
+    Raises:
+        InputError: if an argument is invalid.
+    """
+    places = _door.matrix("shifts", shifts, (None, 3))
+    scenario, few = rehearsal.scenario, _few(rehearsal)
+    target, task = targets(scenario), scenario.task
+    first = rehearsed(scenario, few, rehearsal.limits, rehearsal.way, threads=threads, progress=False)
+    best, mark, chosen = None, _mark(first), places[:0]
+    with Progress("other places", len(places), progress) as bar:
+        for done, shift in enumerate(places, start=1):
+            poses = target.copy()
+            poses[:, :3, 3] += shift
+            start = scenario.arm.inverse(poses[0], scenario.start, task=task, nearest=True)
+            with suppress(InputError):  # out of reach, or a posture with another attitude
+                other = replace(
+                    scenario, start=start.q, motion=_table(poses, scenario.period), duration=scenario.duration
+                )
+                looked = rehearsed(other, few, rehearsal.limits, rehearsal.way, threads=threads, progress=False)
+                if looked.healthy_survives and _mark(looked) > mark:
+                    best, mark, chosen = other, _mark(looked), shift
+            bar.update(done)
+    if best is None:
+        return None
+    whole = rehearsed(best, rehearsal.failures, rehearsal.limits, rehearsal.way, threads=threads, progress=progress)
+    if not whole.healthy_survives or whole.share <= rehearsal.share:
+        return None
+    rehearsal.moved, rehearsal.shift = whole, _door.frozen(chosen)
+    return whole
+
+
+def _table(poses: FloatArray, period: float) -> PoseTable:
+    """A motion through poses (T, 4, 4), one a tick."""
+    return PoseTable(np.arange(len(poses)) * period, poses[:, :3, 3], orientations=poses[:, :3, :3])
+
+
+def _few(rehearsal: Rehearsal) -> Failures:
+    """The failures at a few moments."""
+    ticks = rehearsal.failures.ticks
+    return replace(rehearsal.failures, ticks=ticks[np.unique(np.linspace(0, len(ticks) - 1, LOOKS).astype(int))])
 
 
 def _mark(found: Rehearsal) -> tuple[float, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -56,6 +56,8 @@ class Rehearsal:
         seconds: how long the rehearsal took.
         interrupted: whether Ctrl-C ended it early.
         better: the same from a better start posture, where ``better_start`` found one.
+        moved: the same with the task moved by ``shift`` (3,) [m], where ``better_place`` found a better place.
+        shift: (3,) [m] along the base axes; empty where none was found.
     """
 
     scenario: Scenario
@@ -78,6 +80,8 @@ class Rehearsal:
     seconds: float = 0.0
     interrupted: bool = False
     better: Rehearsal | None = None
+    moved: Rehearsal | None = None
+    shift: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     @classmethod
     def empty(
@@ -295,9 +299,14 @@ class Rehearsal:
 
     @property
     def advice(self) -> str:
-        """What another start posture would change, in a sentence; empty where none is known."""
+        """What another start posture or place would change, in words; empty where none is known."""
+        place = ""
+        if self.moved is not None:
+            where = ", ".join(shown(float(value), "m") for value in self.shift)
+            less = f"{_percent(self.moved.share)} survive instead of {_percent(self.share)}"
+            place = f"With the task moved by ({where}) {less}."
         if self.better is None:
-            return ""
+            return place
         arm, start = self.scenario.arm, self.better.scenario.start
         names = zip(arm.joint_names, start, arm.joint_units, strict=True)
         posture = ", ".join(f"{name} {shown(value, unit)}" for name, value, unit in names)
@@ -305,7 +314,7 @@ class Rehearsal:
         motion = self.better.scenario.null_motion
         moving = "" if motion is self.scenario.null_motion else f" and the null motion {motion!r}"
         price = _price(self.scenario, self.better.scenario)
-        return f"From another start posture{moving} {less}: {posture}. {price}"
+        return f"From another start posture{moving} {less}: {posture}. {price}{' ' if place else ''}{place}"
 
     @property
     def described(self) -> str:
@@ -362,6 +371,9 @@ class Rehearsal:
                 "start": dict(zip(self.scenario.arm.joint_names, self.better.scenario.start.tolist(), strict=True)),
                 "advice": self.advice,
             },
+            "moved": None
+            if self.moved is None
+            else {"share": self.moved.share, "shift": self.shift.tolist(), "advice": self.advice},
             "ticks": self.ticks,
             "seconds": self.seconds,
         }

@@ -140,6 +140,11 @@ class _Part:
     frames: FloatArray | None
 
 
+def targets(scenario: Scenario) -> FloatArray:
+    """(ticks, 4, 4) [m] the commanded poses of a scenario."""
+    return _Course(scenario, 0.0).target
+
+
 @dataclass(frozen=True)
 class _Moment:
     """The healthy run just before a tick."""

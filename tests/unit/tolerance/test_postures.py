@@ -107,3 +107,23 @@ def test_a_better_start_survives_more_on_at_least_four_of_five_tasks():
         arm = scenario.arm
         np.testing.assert_allclose(arm.forward(start), arm.forward(own), atol=2e-9)
     assert better >= 4
+
+
+def test_a_task_is_moved_to_a_better_place():
+    arm = PANDA
+    scenario = task(arm, BENT, sr.Line([0.12, -0.2, 0.15], duration=3.0, relative=True))
+    found = sr.tolerance.rehearse(scenario, kinds=["locked"], onsets=10)
+    moved = sr.tolerance.better_place(found)
+    assert moved is not None
+    assert moved is found.moved
+    assert moved.share > found.share
+    step = arm.forward(moved.scenario.start)[:3, 3] - arm.forward(BENT)[:3, 3]
+    np.testing.assert_allclose(step, found.shift, atol=2e-9)
+    assert np.linalg.norm(found.shift) == pytest.approx(0.1)
+    run, there = sr.simulate(scenario), sr.simulate(moved.scenario)
+    np.testing.assert_allclose(there.target[:, :3, 3], run.target[:, :3, 3] + found.shift, atol=2e-9)
+    assert "With the task moved by (" in found.advice
+    far = sr.tolerance.rehearse(scenario, kinds=["locked"], onsets=3)
+    assert sr.tolerance.better_place(far, [[9.0, 0.0, 0.0]]) is None
+    with pytest.raises(InputError, match="shifts: got"):
+        sr.tolerance.better_place(found, [1.0])
