@@ -34,7 +34,7 @@ def log(R: FloatArray) -> FloatArray:
 
     Through the quaternion by its largest component (Shepperd, 1978), so that no angle loses digits.
     """
-    quaternions = _quaternions(R)
+    quaternions = to_quaternions(R)
     quaternions *= np.where(quaternions[:, :1] < 0.0, -1.0, 1.0)
     sine = np.linalg.norm(quaternions[:, 1:], axis=1)
     small = sine < 1e-8
@@ -43,7 +43,7 @@ def log(R: FloatArray) -> FloatArray:
     return vectors
 
 
-def _quaternions(R: FloatArray) -> FloatArray:
+def to_quaternions(R: FloatArray) -> FloatArray:
     """(K, 4) w x y z of matrices (K, 3, 3).
 
     Row k of the symmetric 4 x 4 matrix below is 4 q_k times the quaternion; the row of the largest q_k is taken.

@@ -9,6 +9,7 @@ import typer
 
 from stillreach.cli.arms import arms
 from stillreach.cli.compare import compare
+from stillreach.cli.convert import convert
 from stillreach.cli.doctor import doctor
 from stillreach.cli.inspect import inspect
 from stillreach.cli.paper import paper
@@ -25,7 +26,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Exit codes: 0 done, 1 the arm did not finish or a claim fails, 2 invalid input, 130 Ctrl-C.",
 )
-for command in (run, compare, rehearse, inspect, reach, arms, schema, paper, doctor):
+for command in (run, compare, rehearse, convert, inspect, reach, arms, schema, paper, doctor):
     app.command()(command)
 
 

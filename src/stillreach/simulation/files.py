@@ -1,19 +1,38 @@
-"""Files of runs: netCDF files and NumPy archives with the same contents."""
+"""Files of runs: netCDF files and NumPy archives with the same contents; tables and rosbags for other tools."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
+from pathlib import Path
 
 from stillreach._files import file_name
 from stillreach.errors import InputError
-from stillreach.simulation import archive, netcdf
+from stillreach.simulation import archive, columns, netcdf, rosbag
 from stillreach.simulation.document import scenario_of
 from stillreach.simulation.run import Run
 
+FORMATS: dict[str, Callable[[Run, str | os.PathLike[str]], None]] = {
+    ".nc": netcdf.write,
+    ".npz": archive.write,
+    ".csv": columns.write_csv,
+    ".parquet": columns.write_parquet,
+    ".rosbag2": rosbag.write,
+}
+"""Writers by suffix; files of the first two are read as runs again."""
+
 
 def write(run: Run, path: str | os.PathLike[str]) -> None:
-    """Write a run, in the format given by the file's suffix."""
-    (archive if file_name("path", path).endswith(archive.SUFFIX) else netcdf).write(run, path)
+    """Write a run, in the format given by the file's suffix; without one it is netCDF.
+
+    Raises:
+        InputError: if no format has that suffix.
+    """
+    name = Path(file_name("path", path))
+    suffix = name.suffix.lower() or ".nc"
+    if suffix not in FORMATS:
+        raise InputError("path", repr(name.name), f"a name that ends with one of {', '.join(FORMATS)}")
+    FORMATS[suffix](run, path)
 
 
 def read(path: str | os.PathLike[str]) -> Run:

@@ -99,7 +99,10 @@ class Run(Record):
         return to_dataset(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the run to a netCDF file (extra ``netcdf``), or to a NumPy archive if the name ends with ``.npz``.
+        """Write the run to a file, in the format of the name's ending.
+
+        ``.nc`` (or none): netCDF (extra ``netcdf``); ``.npz``: a NumPy archive. ``load`` reads both. For other tools:
+        ``.csv``; ``.parquet`` and ``.rosbag2``, a rosbag2 folder with an MCAP file (extra ``recordings``).
 
         An existing file is replaced only when the new one is complete, and keeps its permissions. The file has only the
         name of a function in the scenario.
@@ -108,9 +111,9 @@ class Run(Record):
             path: the file, e.g. ``"run.nc"``; its folder must exist.
 
         Raises:
-            MissingExtraError: if h5netcdf or h5py is not installed.
-            InputError: if the path is not a file name, or is a pipe, socket or device; or if the scenario has a law,
-                motion or null motion of a class outside stillreach.
+            MissingExtraError: if a package of the format is not installed.
+            InputError: if the path is not a file name, has another ending, or is a pipe, socket or device; or if a
+                scenario that is stored with it has a law, motion or null motion of a class outside stillreach.
             OSError: if the file cannot be written.
         """
         from stillreach.simulation.files import write
