@@ -30,7 +30,7 @@ LAYERS = (
     {"arm"},
     {"arms"},
     {"_forms", "_kinds", "_lists", "_reading", "_tables"},
-    {"bounds", "faults", "null_motions", "plants", "task", "status", "insight"},
+    {"bounds", "faults", "null_motions", "physics", "plants", "task", "status", "insight"},
     {"laws"},
     {"batch", "inverse", "rollouts"},
     {"control"},

@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 from stillreach._core import frames
-from stillreach.errors import SimulationInterrupted
-from stillreach.plants import KinematicPlant
+from stillreach._door import FloatArray
+from stillreach.control import Controller
+from stillreach.errors import InputError, SimulationInterrupted
+from stillreach.plants import KinematicPlant, Moving
 from stillreach.simulation.document import check_whole
 from stillreach.simulation.orders import orders_of
 from stillreach.simulation.progress import Progress
@@ -69,7 +71,7 @@ class _Simulation:
         self.record["status"][:] = NOT_COMPUTED
         self.q = scenario.start.copy()
         self.plan = scenario.schedule
-        self.plant = _plant(scenario)
+        self.plant, self.moving = _plant(scenario), _moving(scenario)
         self.orders = orders_of(scenario)
         self.chunk = FIRST_CHUNK
         self.tick = 0
@@ -85,6 +87,8 @@ class _Simulation:
         self.plan.change_faults(self.controller, self.tick)
         if self.plant:
             self.plant.change_faults(self.plan, self.tick)
+        if self.moving:
+            self.moving.change_faults(self.plan, self.tick)
         first, end = self.tick, self._chunk_end()
         last = first == self.ticks - 1
         began = time.perf_counter()
@@ -92,6 +96,18 @@ class _Simulation:
         self.record["target"][first:end] = poses[:: self.orders.stages][: end - first]
         targets = frames(poses) if self.scenario.loop == "closed" else None
         rows = {name: array[first:end] for name, array in self.record.items() if name not in ("time", "target")}
+        if self.moving:
+            self.moving.chunk(self.controller, twists, targets, rows, last=last)
+            self.record["pose"][first:end] = self.scenario.task_pose(self.record["q"][first:end])
+        else:
+            self._rollout(twists, targets, rows, last)
+        self.record["path_time"][end - 1] = self.orders.follow(end - 1, float(self.record["scale"][end - 1]))
+        self.tick = end
+        self._adapt(end - first, time.perf_counter() - began)
+
+    def _rollout(self, twists: FloatArray, targets: FloatArray | None, rows: dict[str, Any], last: bool) -> None:
+        """A chunk in the compiled core."""
+        ticks = len(rows["q"])
         self.controller.rollout(
             self.q,
             twists,
@@ -99,13 +115,10 @@ class _Simulation:
             integrator=self.scenario.integrator,
             advance=not last,
             record=rows,
-            **(self.plant.chunk(end - first) if self.plant else {}),
+            **(self.plant.chunk(ticks) if self.plant else {}),
         )
         if self.plant and self.plant.measures_badly:
-            self.record["pose"][first:end] = self.scenario.task_pose(self.record["q"][first:end])
-        self.record["path_time"][end - 1] = self.orders.follow(end - 1, float(self.record["scale"][end - 1]))
-        self.tick = end
-        self._adapt(end - first, time.perf_counter() - began)
+            rows["pose"][:] = self.scenario.task_pose(rows["q"])
 
     def run(self, *, interrupted: bool = False) -> Run:
         """The run with the ticks computed so far."""
@@ -146,10 +159,60 @@ class _Plant:
         return {"plant": self._core, "noise": noise}
 
 
+class _Moving:
+    """An arm that is no kinematic plant, a tick at a time."""
+
+    def __init__(self, moving: Moving, joints: int) -> None:
+        self._moving = moving
+        self._health = np.zeros(joints, dtype=np.int8)
+
+    def change_faults(self, plan: Schedule, tick: int) -> None:
+        """The true faults that begin or end at a tick."""
+        for joint, kind in plan.changes.get(tick, ()):
+            self._moving.fail(joint, kind)
+            self._health[joint] = Health.HEALTHY if kind is None else kind.health
+
+    def chunk(
+        self,
+        controller: Controller,
+        twists: FloatArray,
+        targets: FloatArray | None,
+        rows: dict[str, Any],
+        *,
+        last: bool,
+    ) -> None:
+        """Some ticks; no step follows the last one of a run."""
+        for tick in range(len(rows["q"])):
+            one = slice(tick, tick + 1)
+            row = {name: array[one] for name, array in rows.items()}
+            true, seen = np.array(self._moving.q, dtype=np.float64), np.array(self._moving.measure(), dtype=np.float64)
+            given = None if targets is None else targets[one]
+            controller.rollout(seen, twists[one], given, advance=False, record=row)
+            row["q"][0], row["measured"][0], row["health"][0] = true, seen, self._health
+            if not last:
+                self._moving.advance(row["rates"][0].copy())
+
+
+def _moving(scenario: Scenario) -> _Moving | None:
+    """The arm in motion of a plant that is not kinematic.
+
+    Raises:
+        InputError: if the integrator is not Euler's: a plant of its own moves from tick to tick.
+    """
+    plant = scenario.plant
+    assert plant is not None
+    if isinstance(plant, KinematicPlant):
+        return None
+    if scenario.integrator != "euler":
+        raise InputError("integrator", repr(scenario.integrator), "'euler' with a plant that moves by itself")
+    return _Moving(plant.begin(scenario.arm, scenario.start, scenario.period), scenario.arm.n)
+
+
 def _plant(scenario: Scenario) -> _Plant | None:
     """The plant of a scenario; None where joints do what they are told and the controller knows every fault at once."""
     plant = scenario.plant
-    assert isinstance(plant, KinematicPlant)
+    if not isinstance(plant, KinematicPlant):
+        return None
     if plant.exact and not any(fault.known_after for fault in scenario.faults):
         return None
     return _Plant(plant, scenario.arm.n, scenario.period)

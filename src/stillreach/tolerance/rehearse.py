@@ -122,6 +122,8 @@ def _scenario(task: Any, settings: Mapping[str, Any]) -> Scenario:
         raise InputError("task", _door.describe(task), "a Scenario or a Recording")
     if scenario.clock != "time":
         raise InputError("task", f'clock = "{scenario.clock}"', 'clock = "time": each case must have the same targets')
+    if not isinstance(scenario.plant, KinematicPlant):
+        raise InputError("task", f"a scenario with {type(scenario.plant).__name__}", "one with KinematicPlant")
     check_whole(scenario)
     return scenario
 
