@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from stillreach._messages import listing
+from stillreach._messages import hint, listing
 
 
 class StillreachError(Exception):
@@ -46,7 +46,9 @@ class UnknownJointError(InputError):
 
     def __init__(self, argument: str, got: str, choices: Sequence[str]) -> None:
         choices = tuple(choices)
-        super().__init__(argument, got, f"one of {listing(choices)} or an index from 0 to {len(choices) - 1}")
+        near = hint(got.split("'")[1], choices) if got.count("'") >= 2 else ""
+        expected = f"one of {listing(choices)} or an index from 0 to {len(choices) - 1}"
+        super().__init__(argument, got, f"{expected} ({near})" if near else expected)
         self.args = (argument, got, choices)
         self.choices = choices
 

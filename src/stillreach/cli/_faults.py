@@ -37,7 +37,11 @@ def changed(
 
     scenario = Scenario.load(given) if isinstance(given, str) else given
     faults = () if healthy else tuple(scenario.faults)
-    faults += tuple(parse_fault(scenario.arm, text) for text in fail)
+    for text in fail:
+        fault = parse_fault(scenario.arm, text)
+        if scenario.duration is not None and fault.at > scenario.duration:
+            raise InputError("--fail", f"{text!r}, after the end at {scenario.duration:g} s", "a time within the task")
+        faults += (fault,)
     if known_after is not None:
         faults = tuple(replace(fault, known_after=delay(known_after)) for fault in faults)
     chosen = scenario.law if law is None else parse_law(law, like=scenario.law)
