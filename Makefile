@@ -14,7 +14,7 @@ CPP_LINTED := $(shell find include bindings dispatch tests bench -name "*.?pp" -
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test bench track bench-peers why instructions lint cpp-test pytest wheel wheels dev format requirements clean help check-tools
+.PHONY: demo test bench track bench-peers why instructions lint cpp-test pytest wheel wheels docs dev format requirements clean help check-tools
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -72,6 +72,10 @@ wheel: $(STAMPS)/all $(STAMPS)/wheel  ## build the wheel and install it into .ve
 wheels: $(STAMPS)/wheel  ## build the wheels to give away into dist/ and try each with every Python; ARGS="--help" for more
 	$(BIN)/python scripts/wheels.py $(ARGS)
 
+docs: $(STAMPS)/docs $(STAMPS)/wheel  ## build the documentation site into build/docs
+	$(BIN)/python -m sphinx -q -W --keep-going -b html docs build/docs
+	@echo "Open build/docs/index.html."
+
 dev: $(STAMPS)/test $(STAMPS)/robots $(STAMPS)/wheel  ## everything that working on the code needs, in .venv
 
 # The pinned requirements, from pyproject.toml and requirements/build.in.
@@ -84,6 +88,7 @@ requirements: check-tools  ## pin the newest versions of everything
 	$(PIP_COMPILE) --extra plot --extra netcdf --extra test -o requirements/test.txt pyproject.toml
 	$(PIP_COMPILE) -c requirements/test.txt --extra plot --extra netcdf --extra page --extra recordings -o requirements/all.txt pyproject.toml
 	$(PIP_COMPILE) -c requirements/test.txt -o requirements/build.txt requirements/build.in
+	$(PIP_COMPILE) -c requirements/test.txt -o requirements/docs.txt requirements/docs.in
 	$(PIP_COMPILE) -o requirements/wheels.txt requirements/wheels.in
 	$(PIP_COMPILE) -o requirements/peers.txt requirements/peers.in pyproject.toml
 	sed -i 's/+cpu / /' requirements/peers.txt
@@ -110,7 +115,7 @@ $(STAMPS)/venv: | check-tools
 	.venv-peers/bin/python bench/install.py
 	touch $@
 
-$(STAMPS)/build $(STAMPS)/all $(STAMPS)/test: $(STAMPS)/%: requirements/%.txt $(STAMPS)/venv
+$(STAMPS)/build $(STAMPS)/all $(STAMPS)/docs $(STAMPS)/test: $(STAMPS)/%: requirements/%.txt $(STAMPS)/venv
 	@echo "installing $< into .venv"
 	$(BIN)/pip install -q --no-compile -r $<
 	touch $@

@@ -104,8 +104,8 @@ def heat_maps(found: Rehearsal) -> Figure:
                     face = colour(float(column.excess[which]))
                     hatch = "////" if column.lost[which] else None
                     axes.add_patch(
-                        Rectangle((place * width, row + 0.04), width, 0.92, facecolor=face, edgecolor="#00000055",
-                                  linewidth=0.0, antialiased=False, hatch=hatch)
+                        Rectangle((place * width, row + 0.04), 1.04 * width, 0.92, facecolor=face, linewidth=0.0,
+                                  edgecolor="#00000055", antialiased=False, hatch=hatch)
                     )  # fmt: skip
             axes.set(xlim=(0.0, span), ylim=(len(order), 0.0))
             axes.set_yticks(np.arange(len(order)) + 0.5, [in_picture(found.joints[which]) for which in order])

@@ -1,0 +1,61 @@
+"""The documentation site: ``make docs``."""
+
+import re
+from importlib.metadata import version as installed
+from pathlib import Path
+
+from pygments.lexers import CppLexer
+from sphinx.highlighting import lexers
+
+project = "stillreach"
+author = "the stillreach authors"
+version = release = installed("stillreach")
+project_copyright = author
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
+myst_heading_anchors = 4
+exclude_patterns = ["images/make.py"]
+suppress_warnings = ["ref.python"]  # several classes have an n
+lexers["cc"] = CppLexer()
+
+autodoc_typehints = "signature"
+autodoc_type_aliases = {"npt.ArrayLike": "ArrayLike", "FloatArray": "FloatArray"}
+autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True
+napoleon_google_docstring = True
+napoleon_numpy_docstring = False
+napoleon_use_rtype = False
+
+html_theme = "furo"
+html_title = "stillreach"
+html_show_search_summary = False  # search works from a disk, too
+html_show_sphinx = False
+html_copy_source = False
+
+
+ROOT = Path(__file__).parents[1]
+ELSEWHERE = {r"\]\((?:\.\./)?examples/\w+\.py\)": "](examples.md)", r"\]\(\.\./ARCHITECTURE\.md": "](architecture.md"}
+"""Links to files that are no pages, and the pages that show them."""
+
+
+def setup(app):
+    """What the pages say to readers of the repository becomes what readers of the site need."""
+    app.connect("autodoc-process-docstring", _bars_as_they_are)
+    app.connect("source-read", _for_the_site)
+
+
+def _bars_as_they_are(app, what, name, thing, options, lines):
+    """Bars in docstrings are absolute values, not substitutions."""
+    lines[:] = [line.replace("|", "\\|") for line in lines]
+
+
+def _for_the_site(app, page, source):
+    """The first steps are the README's; links to other files lead to their pages."""
+    text = source[0]
+    if page == "start":
+        readme = (ROOT / "README.md").read_text(encoding="utf-8")
+        first, last = readme.index("## Install"), readme.index("## Which joint can an arm not lose?")
+        text += readme[first:last].replace("](docs/", "](")
+    for pattern, there in ELSEWHERE.items():
+        text = re.sub(pattern, there, text)
+    source[0] = text
