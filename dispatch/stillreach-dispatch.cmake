@@ -41,5 +41,6 @@ endforeach()
 
 add_library(stillreach_dispatch STATIC EXCLUDE_FROM_ALL ${stillreach_objects})
 target_link_libraries(stillreach_dispatch PUBLIC stillreach::stillreach)
+target_compile_definitions(stillreach_dispatch INTERFACE STILLREACH_DISPATCH) # for stillreach.hpp
 set_target_properties(stillreach_dispatch PROPERTIES LINKER_LANGUAGE CXX)
 add_library(stillreach::dispatch ALIAS stillreach_dispatch)

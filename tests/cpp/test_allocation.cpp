@@ -3,6 +3,7 @@
 
 #include "check.hpp"
 #include "robot.hpp"
+#include "stillreach/stillreach.hpp"
 
 namespace {
 
@@ -108,6 +109,32 @@ void ticks_take_nothing() {
       }
 }
 
+void the_front_door_takes_nothing_after_it_opened() {
+  stillreach::Joint joint;
+  joint.velocity_limit = 1.0;
+  joint.acceleration_limit = 50.0;
+  std::vector<stillreach::Joint> joints(7, joint);
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    joints[i].placement = stillreach::Pose(0.0, 0.0, 0.3);
+    joints[i].axis[i % 2] = 1.0;
+    joints[i].axis[2] = 0.0;
+  }
+  stillreach::Controller door{stillreach::Arm(joints)};
+  std::vector<double> q(7, 0.4), rates(7), twist(6, 0.1), limits(7, 0.5);
+  const long before = taken();
+  for (int t = 0; t < 60; ++t) {
+    if (t == 20) door.fail(2);
+    if (t == 40) door.restore(2);
+    if (t == 50) door.set_velocity_limits(limits);
+    const stillreach::Pose target = door.pose();
+    if (t % 2 == 0) door.step(q, twist, rates);
+    if (t % 2 == 1) door.track(q, target.T, twist, rates);
+    for (std::size_t i = 0; i < 7; ++i) q[i] += 0.001 * rates[i];
+  }
+  door.reset();
+  CHECK(taken() == before);
+}
+
 void rollouts_take_nothing() {
   const int n = 11, steps = 20;
   for (const NamedLaw& law : every_law()) {
@@ -149,5 +176,6 @@ int main() {
   planted_allocation_in_a_loop_is_seen();
   ticks_take_nothing();
   rollouts_take_nothing();
+  the_front_door_takes_nothing_after_it_opened();
   return finish("allocation");
 }

@@ -12,18 +12,22 @@ from tests.docs.pages import ROOT, blocks
 
 PAGE = ROOT / "docs" / "cpp.md"
 PROGRAMS = blocks(PAGE.read_text(encoding="utf-8"), "cpp")
-COMPILER = shutil.which(os.environ.get("CXX", "g++"))
+COMPILERS = {name: shutil.which(name) for name in (os.environ.get("CXX", "g++"), "clang++")}
 # -O0: the page asks for more, and the compiler for five times as long
 FLAGS = ["-std=c++17", "-O0", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-Wno-psabi"]
 
-needs_compiler = pytest.mark.skipif(COMPILER is None, reason="apt-get install g++")
+
+@pytest.fixture(params=COMPILERS)
+def compiler(request) -> str:
+    """Each compiler of this machine."""
+    return COMPILERS[request.param] or pytest.skip(f"no {request.param}")
 
 
-def built_and_run(code: str, folder: Path) -> str:
+def built_and_run(code: str, folder: Path, compiler: str) -> str:
     """Output of a program; the compiler's messages where there are any."""
     source, program = folder / "example.cpp", folder / "example"
     source.write_text(code, encoding="utf-8")
-    command = [str(COMPILER), *FLAGS, f"-I{ROOT / 'include'}", str(source), "-o", str(program)]
+    command = [compiler, *FLAGS, f"-I{ROOT / 'include'}", str(source), "-o", str(program)]
     compiled = subprocess.run(command, capture_output=True, text=True, check=False)
     assert compiled.returncode == 0, compiled.stderr
     return subprocess.run([program], capture_output=True, text=True, check=True).stdout
@@ -34,14 +38,17 @@ def test_the_page_has_programs_and_says_what_they_print() -> None:
     assert all("int main()" in program.code and program.output for program in PROGRAMS)
 
 
-@needs_compiler
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("program", PROGRAMS, ids=lambda program: f"line-{program.line}")
-def test_a_program_prints_what_the_page_says(program, tmp_path: Path) -> None:
-    assert built_and_run(program.code, tmp_path) == program.output
+def test_a_program_prints_what_the_page_says(program, tmp_path: Path, compiler: str) -> None:
+    assert built_and_run(program.code, tmp_path, compiler) == program.output
 
 
-@needs_compiler
-def test_a_program_that_does_not_compile_is_seen(tmp_path: Path) -> None:
+def test_the_loop_with_a_fault_is_short() -> None:
+    code = [line for line in PROGRAMS[0].code.splitlines() if line.strip() and not line.strip().startswith("//")]
+    assert len(code) <= 25
+
+
+def test_a_program_that_does_not_compile_is_seen(tmp_path: Path, compiler: str) -> None:
     with pytest.raises(AssertionError, match=re.compile("error")):
-        built_and_run("int main() { return missing; }", tmp_path)
+        built_and_run("int main() { return missing; }", tmp_path, compiler)

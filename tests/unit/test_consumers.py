@@ -18,7 +18,7 @@ from tests.docs.pages import blocks
 CONSUMERS = ROOT / "tests" / "consumers"
 VERSION = ".".join(metadata.version("stillreach").split(".")[:2])
 PROGRAM = next(
-    block for block in blocks((ROOT / "docs" / "cpp.md").read_text(), "cpp") if "controller.hpp" in block.code
+    block for block in blocks((ROOT / "docs" / "cpp.md").read_text(), "cpp") if "stillreach.hpp" in block.code
 )
 LIGHT = ("-DSTILLREACH_INSTRUCTION_SETS=baseline", "-DKERNEL_OPTIONS=-O0")
 FULL = bool(os.environ.get("STILLREACH_FULL"))
@@ -44,7 +44,7 @@ def prefix(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory) -> Path:
-    """The tick of docs/cpp.md: an arm, a fault, 200 ticks."""
+    """The loop of docs/cpp.md: an arm, a fault, 200 ticks."""
     source = tmp_path_factory.mktemp("source") / "arm.cpp"
     source.write_text(PROGRAM.code, encoding="utf-8")
     return source

@@ -50,7 +50,7 @@ ALLOWED = {
     ("tolerance", "html", "show"),
 }
 HEADER_LAYERS = ("simd", "linear", "kinematics", "problem", "bounded", "laws", "control", "batch")
-LAST_HEADERS = {"kernel.hpp", "dispatch.hpp", "cuda.hpp"}  # config.hpp and types.hpp come first
+LAST_HEADERS = {"kernel.hpp", "dispatch.hpp", "cuda.hpp", "stillreach.hpp"}  # config.hpp and types.hpp come first
 
 
 def header_rank(path: str) -> int:

@@ -1,0 +1,417 @@
+// The front door for C++: an arm and a controller that own their memory. Constructors check everything and throw; the
+// loop neither allocates nor throws nor locks. With the CMake target stillreach::dispatch it runs the core for the
+// processor at hand, without it the headers as they are compiled here.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#if defined(STILLREACH_DISPATCH)
+#include "stillreach/dispatch.hpp"
+#else
+#include "stillreach/control/controller.hpp"
+#include "stillreach/kinematics/arm.hpp"
+#endif
+
+STILLREACH_BEGIN
+#if defined(STILLREACH_DISPATCH)
+inline namespace dispatched {  // other code than without it: one program may hold both
+#endif
+
+constexpr double kNoLimit = HUGE_VAL;
+
+// Numbers in a row that the caller owns.
+template <class T>
+class Span {
+ public:
+  constexpr Span(T* data, std::size_t size) noexcept : data_(data), size_(size) {}
+  template <std::size_t N>
+  constexpr Span(T (&array)[N]) noexcept : data_(array), size_(N) {}
+  template <class Container, class = decltype(std::declval<Container&>().data())>
+  constexpr Span(Container&& all) noexcept : data_(all.data()), size_(all.size()) {}
+  constexpr T* data() const noexcept { return data_; }
+  constexpr std::size_t size() const noexcept { return size_; }
+
+ private:
+  T* data_;
+  std::size_t size_;
+};
+
+// A rigid transform, row-major 4 x 4; the identity at first.
+struct Pose {
+  double T[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  Pose() = default;
+  Pose(double x, double y, double z) {
+    T[3] = x;
+    T[7] = y;
+    T[11] = z;
+  }
+};
+
+// A joint: where its frame lies in the one before, and the axis about or along which it moves there.
+struct Joint {
+  Pose placement;
+  double axis[3] = {0, 0, 1};  // of any length but 0
+  JointKind kind = JointKind::REVOLUTE;
+  double velocity_limit = kNoLimit;            // [rad/s, m/s], either way
+  double lower = -kNoLimit, upper = kNoLimit;  // [rad, m]
+  double acceleration_limit = kNoLimit;        // [rad/s2, m/s2]
+  std::string name = {};
+};
+
+// Laws, with the numbers that docs/laws.md explains.
+inline LawSettings least_error(double price = 80.0) {
+  LawSettings law{};
+  law.kind = LawKind::LEAST_ERROR;
+  law.rank_tolerance = 1e-10;
+  law.parts = 1;
+  law.price[0] = price;
+  return law;
+}
+inline LawSettings bare_least_error() {
+  LawSettings law = least_error();
+  law.parts = 0;
+  return law;
+}
+inline LawSettings keep_direction() {
+  LawSettings law = bare_least_error();
+  law.kind = LawKind::KEEP_DIRECTION;
+  return law;
+}
+inline LawSettings singularity_robust(DampingKind damping = DampingKind::EXACT, double kappa = 0.0) {
+  LawSettings law = bare_least_error();
+  law.kind = LawKind::SINGULARITY_ROBUST;
+  law.damping = damping;
+  law.kappa = kappa;
+  return law;
+}
+
+// What is wrong with a joint.
+inline Fault locked() { return {Health::LOCKED, {0.0, 0.0}}; }
+inline Fault derated(double fraction) { return {Health::DERATED, {fraction, 0.0}}; }
+inline Fault runaway(double rate) { return {Health::RUNAWAY, {rate, 0.0}}; }
+inline Fault confined(double lower, double upper) { return {Health::CONFINED, {lower, upper}}; }
+inline Fault one_way(int direction) { return {Health::ONE_WAY, {direction < 0 ? -1.0 : 1.0, 0.0}}; }
+
+namespace front {
+
+// The core behind the door.
+#if defined(STILLREACH_DISPATCH)
+inline bool read_rigid(const double* T, double* pose) { return kernel().read_pose(T, pose); }
+inline std::size_t doubles(int n) { return kernel().workspace_doubles(n, false); }
+inline std::size_t ints(int n) { return kernel().workspace_ints(n); }
+inline std::size_t bytes(int n) { return kernel().workspace_bytes(n); }
+inline ArmView aligned(int n, const JointKind* kinds, const double* placements, const double* axes, Link* links) {
+  return kernel().align_axes(n, kinds, placements, axes, links);
+}
+#else
+inline bool read_rigid(const double* T, double* pose) { return read_pose(T, pose); }
+inline std::size_t doubles(int n) { return workspace_doubles(n, false); }
+inline std::size_t ints(int n) { return workspace_ints(n); }
+inline std::size_t bytes(int n) { return workspace_bytes(n); }
+inline ArmView aligned(int n, const JointKind* kinds, const double* placements, const double* axes, Link* links) {
+  return align_axes(n, kinds, placements, axes, links);
+}
+#endif
+
+inline std::string of_joint(std::size_t place, const Joint& joint) {
+  return "joint " + std::to_string(place) + (joint.name.empty() ? "" : " (" + joint.name + ")");
+}
+
+}  // namespace front
+
+// A serial chain of joints with a tool. Immutable; copies share it.
+class Arm {
+ public:
+  // Throws std::invalid_argument with what check() says.
+  explicit Arm(std::vector<Joint> joints, const Pose& tool = Pose()) {
+    const std::string wrong = check(joints, tool);
+    if (!wrong.empty()) throw std::invalid_argument(wrong);
+    auto made = std::make_shared<Made>();
+    std::vector<double> placements, axes;
+    std::vector<JointKind> kinds;
+    for (const Joint& joint : joints) {
+      placements.insert(placements.end(), joint.placement.T, joint.placement.T + 16);
+      const double length =
+          std::sqrt(joint.axis[0] * joint.axis[0] + joint.axis[1] * joint.axis[1] + joint.axis[2] * joint.axis[2]);
+      for (double a : joint.axis) axes.push_back(a / length);
+      kinds.push_back(joint.kind);
+    }
+    placements.insert(placements.end(), tool.T, tool.T + 16);
+    made->joints = std::move(joints);
+    made->links.resize(made->joints.size());
+    made->view = front::aligned(static_cast<int>(made->joints.size()), kinds.data(), placements.data(), axes.data(),
+                                made->links.data());
+    made_ = std::move(made);
+  }
+
+  // What is wrong with the arguments of an arm; empty where nothing is.
+  static std::string check(const std::vector<Joint>& joints, const Pose& tool = Pose()) {
+    double pose[12];
+    if (joints.empty()) return "an arm needs at least one joint";
+    if (!front::read_rigid(tool.T, pose)) return "the tool is no rigid transform (4 x 4, row-major)";
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+      const Joint& joint = joints[i];
+      const std::string name = front::of_joint(i, joint);
+      const double length = std::abs(joint.axis[0]) + std::abs(joint.axis[1]) + std::abs(joint.axis[2]);
+      if (!front::read_rigid(joint.placement.T, pose))
+        return name + ": its placement is no rigid transform (4 x 4, row-major)";
+      if (!(length > 0.0 && length < HUGE_VAL)) return name + ": its axis has no direction";
+      if (!(joint.velocity_limit >= 0.0)) return name + ": its velocity limit is below 0, or no number";
+      if (!(joint.acceleration_limit > 0.0)) return name + ": its acceleration limit is not above 0";
+      if (!(joint.lower <= joint.upper)) return name + ": its lower position limit is above the upper one";
+      for (std::size_t k = 0; k < i; ++k)
+        if (!joint.name.empty() && joints[k].name == joint.name) return name + ": another joint has that name";
+    }
+    return {};
+  }
+
+  int n() const noexcept { return made_->view.n; }
+  const Joint& joint(int i) const { return made_->joints.at(static_cast<std::size_t>(i)); }
+  // Index of a joint by its name, or -1.
+  int index(const std::string& name) const noexcept {
+    for (std::size_t i = 0; i < made_->joints.size(); ++i)
+      if (made_->joints[i].name == name) return static_cast<int>(i);
+    return -1;
+  }
+  const ArmView& view() const noexcept { return made_->view; }
+
+ private:
+  struct Made {
+    std::vector<Joint> joints;
+    std::vector<Link> links;
+    ArmView view;
+  };
+  std::shared_ptr<const Made> made_;
+};
+
+// Settings of a controller, as those of the Python package.
+struct Options {
+  LawSettings law = least_error();
+  std::vector<int> rows = {0, 1, 2, 3, 4, 5};                // of [v; w], ascending
+  bool tool_axes = false;                                    // rows along the tool's axes
+  double period = 0.001;                                     // [s]
+  double track_gain = 2.0;                                   // [1/s]
+  double track_linear = kNoLimit, track_angular = kNoLimit;  // largest correction [m/s], [rad/s]
+  double return_rate = 0.0;                                  // [rad/s, m/s] at which joints outside their limits return
+  double transition_rate = 2.0;                              // [1/s] at which the null motion fades in after a fault
+  NullMotionKind null_motion = NullMotionKind::NONE;
+  double null_gain = 1.0, null_largest = kNoLimit;
+  std::vector<double> null_vector = {};  // n: rates or posture, where the null motion needs one
+};
+
+// The stateful tick. Its memory is made once, here.
+class Controller {
+ public:
+  // Throws std::invalid_argument with what check() says.
+  explicit Controller(Arm arm, Options options = Options()) : arm_(std::move(arm)), options_(std::move(options)) {
+    const std::string wrong = check(arm_, options_);
+    if (!wrong.empty()) throw std::invalid_argument(wrong);
+    const int n = arm_.n();
+    const std::size_t count = to_size(n);
+    numbers_.assign(34 * count, 0.0);
+    small_.assign(5 * count, 0);
+    active_.assign(count, 0);
+    rates_.assign(count, 0.0);
+    faults_.assign(count, Fault{});
+    doubles_.assign(front::doubles(n), 0.0);
+    ints_.assign(front::ints(n), 0);
+    bytes_.assign(front::bytes(n), 0);
+    ControllerState& s = state_;
+    s.arm = arm_.view();
+    s.law = options_.law;
+    s.m = static_cast<int>(options_.rows.size());
+    for (int r = 0; r < s.m; ++r) s.rows[r] = options_.rows[to_size(r)];
+    s.tool_axes = options_.tool_axes;
+    s.every_row = s.m == 6 && !options_.tool_axes;
+    s.constant_bounds = 1;
+    s.period = options_.period;
+    s.return_rate = options_.return_rate;
+    s.transition_rate = options_.transition_rate;
+    s.track_gain = options_.track_gain;
+    s.track_linear = options_.track_linear;
+    s.track_angular = options_.track_angular;
+    s.null_kind = options_.null_motion;
+    s.null_gain = options_.null_gain;
+    s.null_largest = options_.null_largest;
+    double* at = numbers_.data();
+    const auto take = [&](std::size_t times) { return std::exchange(at, at + times * count); };
+    double *lower = take(1), *upper = take(1), *first = take(1), *last = take(1), *acceleration = take(1);
+    double* vector = take(1);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Joint& joint = arm_.joint(static_cast<int>(i));
+      lower[i] = -joint.velocity_limit;
+      upper[i] = joint.velocity_limit;
+      first[i] = joint.lower;
+      last[i] = joint.upper;
+      acceleration[i] = joint.acceleration_limit;
+      if (!options_.null_vector.empty()) vector[i] = options_.null_vector[i];
+      const bool endless = joint.lower == -kNoLimit && joint.upper == kNoLimit && joint.acceleration_limit == kNoLimit;
+      s.constant_bounds = s.constant_bounds && endless;
+    }
+    s.rate_lower = lower;
+    s.rate_upper = upper;
+    s.position_lower = first;
+    s.position_upper = last;
+    s.acceleration = acceleration;
+    s.null_vector = vector;
+    s.last = take(1);
+    s.anchor = take(1);
+    s.lower = take(1);
+    s.upper = take(1);
+    s.reference = take(1);
+    s.jacobian = take(6);
+    s.task_jacobian = s.every_row ? s.jacobian : take(6);
+    if (s.every_row) take(6);
+    s.scratch = take(10);
+    nothing_ = take(1);
+    std::fill_n(nothing_, count, std::nan(""));
+    s.faults = faults_.data();
+    s.active = small_.data();
+    s.lower_reason = s.active + n;
+    s.upper_reason = s.lower_reason + n;
+    s.closing = s.upper_reason + n;
+    answer_.rates = rates_.data();
+    answer_.residual = residual_.data();
+    answer_.active = active_.data();
+  }
+  Controller(const Controller&) = delete;
+  Controller& operator=(const Controller&) = delete;
+  Controller(Controller&&) = default;  // what the state points to is on the heap, and stays there
+  Controller& operator=(Controller&&) = default;
+
+  // What is wrong with the arguments of a controller; empty where nothing is.
+  static std::string check(const Arm& arm, const Options& o) {
+    const auto positive = [](double x) { return x > 0.0 && x < HUGE_VAL; };
+    if (o.rows.empty() || o.rows.size() > 6) return "rows: 1 to 6 of [vx, vy, vz, wx, wy, wz], by index";
+    for (std::size_t r = 0; r < o.rows.size(); ++r)
+      if (o.rows[r] < 0 || o.rows[r] > 5 || (r > 0 && o.rows[r] <= o.rows[r - 1]))
+        return "rows: ascending indices from 0 to 5";
+    if (!positive(o.period)) return "period: a time above 0 s";
+    if (!(o.track_gain >= 0.0 && o.track_gain < HUGE_VAL)) return "track_gain: at least 0 /s";
+    if (!(o.track_linear >= 0.0 && o.track_angular >= 0.0)) return "track_linear, track_angular: at least 0";
+    if (!(o.return_rate >= 0.0 && o.return_rate < HUGE_VAL)) return "return_rate: at least 0";
+    if (!(o.transition_rate >= 0.0 && o.transition_rate < HUGE_VAL)) return "transition_rate: at least 0 /s";
+    if (o.null_motion == NullMotionKind::GRADIENT) return "null_motion: RATES with the gradient's rates at each tick";
+    if (!(o.null_largest > 0.0)) return "null_largest: above 0";
+    const bool climbs = o.null_motion == NullMotionKind::MANIPULABILITY || o.null_motion == NullMotionKind::TOLERANCE;
+    if (climbs && !positive(o.null_largest)) return "null_largest: a finite rate, for this null motion";
+    if (!o.null_vector.empty() && o.null_vector.size() != to_size(arm.n()))
+      return "null_vector: " + std::to_string(arm.n()) + " numbers";
+    for (double x : o.null_vector)
+      if (!std::isfinite(x)) return "null_vector: finite numbers";
+    return {};
+  }
+
+  // A tick: joint positions q (n), the twist [v; w] (6) of the tool along base axes, and room for rates (n). Returns
+  // the bits of Status; INVALID_INPUT, and rates that brake, for NaN and wrong sizes. All rates are 0 where their size
+  // is wrong.
+  std::int32_t step(Span<const double> q, Span<const double> twist, Span<double> rates) noexcept {
+    return run(q, twist.size() == 6 ? twist.data() : nullptr, nullptr, rates);
+  }
+
+  // The same, towards a pose of the task's point (16, row-major), with a twist as feedforward.
+  std::int32_t track(Span<const double> q, Span<const double> target, Span<const double> twist,
+                     Span<double> rates) noexcept {
+    double pose[12];
+    const bool right = target.size() == 16 && twist.size() == 6 && front::read_rigid(target.data(), pose);
+    return run(q, right ? twist.data() : nullptr, right ? pose : nullptr, rates);
+  }
+
+  // A joint fails, from the next tick on. False, and nothing changes, for a joint or a number that cannot be.
+  bool fail(int joint, Fault fault = locked()) noexcept {
+    if (joint < 0 || joint >= arm_.n() || std::isnan(fault.number[0]) || std::isnan(fault.number[1])) return false;
+    const double a = fault.number[0], b = fault.number[1];
+    if (fault.health == Health::DERATED && !(a >= 0.0 && a <= 1.0)) return false;
+    if (fault.health == Health::RUNAWAY && std::isinf(a)) return false;
+    if (fault.health == Health::CONFINED && !(a <= b)) return false;
+    tell(joint, fault);
+    return true;
+  }
+  bool restore(int joint) noexcept { return fail(joint, Fault{}); }
+
+  // Other velocity limits from the next tick on (n, at least 0); rates come down within the acceleration limits. False,
+  // and nothing changes, where they are not that.
+  bool set_velocity_limits(Span<const double> limits) noexcept {
+    const std::size_t count = to_size(arm_.n());
+    if (limits.size() != count) return false;
+    for (std::size_t i = 0; i < count; ++i)
+      if (!(limits.data()[i] >= 0.0)) return false;
+    for (std::size_t i = 0; i < count; ++i) {
+      numbers_[i] = -limits.data()[i];
+      numbers_[count + i] = limits.data()[i];
+      state_.closing[i] = static_cast<std::int8_t>(state_.closing[i] | CLOSING_RATE);
+    }
+    state_.bounds_stand = 0;
+    return true;
+  }
+
+  // The arm stands still: the next tick knows of no rates before. Faults stay.
+  void reset() noexcept {
+    std::fill_n(state_.last, arm_.n(), 0.0);
+    std::fill_n(state_.anchor, arm_.n(), 0.0);
+    state_.transition = 0.0;
+  }
+
+  const Arm& arm() const noexcept { return arm_; }
+  Health health(int joint) const { return faults_.at(to_size(joint)).health; }
+  // Of the last tick: pose of the task's point (16, row-major), bounds (n), residual of the task (m), its norm.
+  Pose pose() const noexcept {
+    Pose at;
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 4; ++c) at.T[4 * r + c] = state_.pose[3 * c + r];
+    return at;
+  }
+  Span<const double> lower() const noexcept { return {state_.lower, to_size(arm_.n())}; }
+  Span<const double> upper() const noexcept { return {state_.upper, to_size(arm_.n())}; }
+  Span<const double> residual() const noexcept { return {residual_.data(), to_size(state_.m)}; }
+  double task_error() const noexcept { return answer_.task_error; }
+
+ private:
+  std::int32_t run(Span<const double> q, const double* twist, const double* pose, Span<double> rates) noexcept {
+    static const double still[6] = {0, 0, 0, 0, 0, 0};
+    const std::size_t count = to_size(arm_.n());
+    if (rates.size() != count) {
+      std::fill_n(rates.data(), rates.size(), 0.0);
+      return INVALID_INPUT;
+    }
+    const bool right = twist && q.size() == count;
+    go(right ? q.data() : nothing_, right ? twist : still, right ? pose : nullptr);
+    std::copy_n(rates_.data(), count, rates.data());
+    return answer_.status;
+  }
+#if defined(STILLREACH_DISPATCH)
+  void go(const double* q, const double* twist, const double* pose) noexcept {
+    kernel().tick(state_, q, twist, pose, {doubles_.data(), ints_.data(), bytes_.data()}, answer_);
+  }
+  void tell(int joint, const Fault& fault) noexcept { kernel().set_fault(state_, joint, fault); }
+#else
+  void go(const double* q, const double* twist, const double* pose) noexcept {
+    Workspace w = make_workspace(arm_.n(), false, doubles_.data(), ints_.data(), bytes_.data());
+    tick(state_, q, twist, pose, w, answer_);
+  }
+  void tell(int joint, const Fault& fault) noexcept { set_fault(state_, joint, fault); }
+#endif
+
+  Arm arm_;
+  Options options_;
+  std::vector<double> numbers_, rates_, doubles_;
+  std::vector<double> residual_ = std::vector<double>(6, 0.0);
+  std::vector<std::int8_t> small_, active_, bytes_;
+  std::vector<int> ints_;
+  std::vector<Fault> faults_;
+  ControllerState state_{};
+  Answer answer_{};
+  double* nothing_ = nullptr;  // n NaN
+};
+
+#if defined(STILLREACH_DISPATCH)
+}  // namespace dispatched
+#endif
+STILLREACH_END

@@ -1,0 +1,178 @@
+// The front door computes what the core does with memory laid out by hand, refuses what is wrong, and never throws in
+// the loop.
+#include "check.hpp"
+#include "robot.hpp"
+#include "stillreach/stillreach.hpp"
+
+namespace {
+
+using stillreach::Arm;
+using stillreach::Controller;
+using stillreach::Joint;
+
+std::vector<Joint> joints_of(const Chain& chain, const Options& o) {
+  std::vector<Joint> joints(chain.kinds.size());
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    std::copy_n(chain.placements.data() + 16 * i, 16, joints[i].placement.T);
+    std::copy_n(chain.axes.data() + 3 * i, 3, joints[i].axis);
+    joints[i].kind = chain.kinds[i];
+    joints[i].velocity_limit = o.rate;
+    joints[i].lower = -o.position;
+    joints[i].upper = o.position;
+    joints[i].acceleration_limit = o.acceleration;
+    joints[i].name = "j" + std::to_string(i + 1);
+  }
+  return joints;
+}
+
+stillreach::Pose tool_of(const Chain& chain) {
+  stillreach::Pose tool;
+  std::copy_n(chain.placements.data() + 16 * chain.kinds.size(), 16, tool.T);
+  return tool;
+}
+
+Controller controller_of(const Chain& chain, const stillreach::LawSettings& law, const Options& o) {
+  stillreach::Options options;
+  options.law = law;
+  options.rows = o.rows;
+  options.tool_axes = o.tool_axes;
+  options.period = o.period;
+  options.transition_rate = o.transition_rate;
+  options.null_motion = o.null_kind;
+  options.null_gain = options.null_largest = 0.5;
+  options.null_vector.assign(chain.kinds.size(), 0.25);
+  return Controller(Arm(joints_of(chain, o), tool_of(chain)), options);
+}
+
+void the_same_bits_as_by_hand() {
+  int laws = 0;
+  for (const NamedLaw& law : every_law())
+    for (int variant = 0; variant < 6; ++variant) {
+      Options o;
+      o.period = 0.01;
+      o.position = variant % 2 ? 2.0 : kInfinity;
+      o.acceleration = variant % 3 == 1 ? 20.0 : kInfinity;
+      o.transition_rate = 2.0;
+      if (variant >= 3) o.null_kind = stillreach::NullMotionKind::MANIPULABILITY;
+      if (variant == 2) o.null_kind = stillreach::NullMotionKind::POSTURE;
+      if (variant == 4) o.rows = {0, 1, 2};
+      if (variant == 5) {
+        o.rows = {0, 2, 4};
+        o.tool_axes = true;
+      }
+      const Chain chain = paper_chain();
+      Robot robot(chain, law.settings, o);
+      Controller made = controller_of(chain, law.settings, o);
+      Controller door = std::move(made);  // what it points to moves along
+      std::vector<double> q = Random(7 + variant).vector(11, 1.0), rates(11), target(16);
+      Random random(3);
+      for (int t = 0; t < 120; ++t) {
+        const std::vector<double> twist = random.vector(6, 0.4);
+        if (t == 40) CHECK(door.fail(3)), robot.fail(3);
+        if (t == 60) CHECK(door.fail(5, stillreach::derated(0.3))), robot.fail(5, stillreach::Health::DERATED, 0.3);
+        if (t == 80) CHECK(door.restore(3)), robot.restore(3);
+        const bool tracks = t % 3 == 2;
+        double frame[12];
+        if (tracks) {
+          const stillreach::Pose at = door.pose();
+          std::copy_n(at.T, 16, target.data());
+          target[3] += 0.01;
+          CHECK(kernel().read_pose(target.data(), frame));
+        }
+        const std::int32_t status = tracks ? door.track(q, target, twist, rates) : door.step(q, twist, rates);
+        CHECK(status == robot.tick(q.data(), twist.data(), tracks ? frame : nullptr));
+        CHECK(rates == robot.rates);
+        CHECK(door.task_error() == robot.answer.task_error);
+        CHECK(std::equal(robot.lower.begin(), robot.lower.end(), door.lower().data()));
+        CHECK(door.health(5) == (t >= 60 ? stillreach::Health::DERATED : stillreach::Health::HEALTHY));
+        for (int i = 0; i < 11; ++i) q[i] += o.period * rates[i];
+      }
+      ++laws;
+    }
+  CHECK(laws == 54);
+}
+
+void what_is_wrong_is_said() {
+  const std::vector<Joint> good = joints_of(planar_chain(3), Options());
+  CHECK(Arm::check(good).empty());
+  const auto says = [&](auto spoil, const char* words) {
+    std::vector<Joint> joints = good;
+    spoil(joints);
+    const std::string said = Arm::check(joints);
+    CHECK(said.find(words) != std::string::npos);
+    bool threw = false;
+    try {
+      Arm arm(joints);
+    } catch (const std::invalid_argument& error) {
+      threw = said == error.what();
+    }
+    CHECK(threw);
+  };
+  says([](auto& j) { j.clear(); }, "at least one joint");
+  says([](auto& j) { j[1].axis[2] = 0.0; }, "joint 1 (j2): its axis");
+  says([](auto& j) { j[1].placement.T[0] = 2.0; }, "joint 1 (j2): its placement");
+  says([](auto& j) { j[2].velocity_limit = -1.0; }, "velocity limit");
+  says([](auto& j) { j[2].velocity_limit = std::nan(""); }, "velocity limit");
+  says([](auto& j) { j[0].lower = 2.0, j[0].upper = 1.0; }, "lower position limit");
+  says([](auto& j) { j[0].acceleration_limit = 0.0; }, "acceleration limit");
+  says([](auto& j) { j[2].name = "j1"; }, "another joint has that name");
+
+  const Arm arm(good, tool_of(planar_chain(3)));
+  CHECK(arm.n() == 3 && arm.index("j2") == 1 && arm.index("j9") == -1 && arm.joint(2).name == "j3");
+  const auto refused = [&](auto spoil, const char* words) {
+    stillreach::Options options;
+    spoil(options);
+    CHECK(Controller::check(arm, options).find(words) != std::string::npos);
+  };
+  refused([](auto& o) { o.rows = {}; }, "rows");
+  refused([](auto& o) { o.rows = {1, 0}; }, "ascending");
+  refused([](auto& o) { o.period = 0.0; }, "period");
+  refused([](auto& o) { o.track_gain = std::nan(""); }, "track_gain");
+  refused([](auto& o) { o.transition_rate = -1.0; }, "transition_rate");
+  refused([](auto& o) { o.null_vector = {1.0}; }, "null_vector: 3 numbers");
+  refused([](auto& o) { o.null_motion = stillreach::NullMotionKind::MANIPULABILITY; }, "null_largest");
+  refused([](auto& o) { o.null_motion = stillreach::NullMotionKind::GRADIENT; }, "null_motion");
+}
+
+void the_loop_takes_anything() {
+  stillreach::Options options;
+  options.rows = {0, 1};
+  options.period = 0.01;
+  Controller door(Arm(joints_of(planar_chain(3), Options()), tool_of(planar_chain(3))), options);
+  static_assert(noexcept(door.step(std::declval<std::vector<double>&>(), std::declval<std::vector<double>&>(),
+                                   std::declval<std::vector<double>&>())));
+  std::vector<double> q = {0.3, 0.5, 0.2}, rates(3), few(2), none;
+  const std::vector<double> twist = {0.1, 0.1, 0, 0, 0, 0};
+  CHECK(door.step(q, twist, rates) == stillreach::OK);
+  CHECK(door.step(q, twist, few) == stillreach::INVALID_INPUT && few[0] == 0.0 && few[1] == 0.0);
+  CHECK(door.step(few, twist, rates) & stillreach::INVALID_INPUT);
+  CHECK(door.step(q, none, rates) & stillreach::INVALID_INPUT);
+  CHECK(door.track(q, few, twist, rates) & stillreach::INVALID_INPUT);
+  for (double bad : {std::nan(""), kInfinity}) {
+    std::vector<double> spoiled = q;
+    spoiled[1] = bad;
+    CHECK(door.step(spoiled, twist, rates) & stillreach::INVALID_INPUT);
+    for (double rate : rates) CHECK(std::isfinite(rate));
+  }
+  CHECK(!door.fail(-1) && !door.fail(3) && !door.fail(0, stillreach::derated(2.0)));
+  CHECK(!door.fail(0, stillreach::runaway(std::nan(""))) && !door.fail(0, stillreach::confined(1.0, 0.0)));
+  CHECK(door.health(0) == stillreach::Health::HEALTHY);
+  CHECK(door.fail(0));
+  door.step(q, twist, rates);
+  CHECK(rates[0] == 0.0);
+  CHECK(door.restore(0));
+  const std::vector<double> slow = {0.02, 0.02, 0.02};
+  CHECK(door.set_velocity_limits(slow) && !door.set_velocity_limits(few));
+  door.step(q, twist, rates);
+  for (double rate : rates) CHECK(std::abs(rate) <= 0.02);
+  door.reset();
+}
+
+}  // namespace
+
+int main() {
+  the_same_bits_as_by_hand();
+  what_is_wrong_is_said();
+  the_loop_takes_anything();
+  return finish("front door");
+}
