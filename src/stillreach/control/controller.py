@@ -204,9 +204,14 @@ class Controller(ControllerCore):
         """
         if not (isinstance(memory, tuple) and len(memory) == 3 and isinstance(memory[0], bytes)):
             raise InputError("memory", _door.describe(memory), "what memory() of a controller returned")
-        core, faults, self._correction = memory
-        self._set_state(core)
-        self._faults = dict(faults)
+        core, faults, correction = memory
+        try:
+            self._set_state(core)
+        except InputError as error:
+            raise InputError(
+                "memory", error.got, f"{error.expected}, of a controller of {self._arm.n} joints"
+            ) from None
+        self._faults, self._correction = dict(faults), correction
         self._set_track_limits(*self._correction)
 
     def set_null_motion(self, null_motion: NullMotion | npt.ArrayLike | None) -> None:

@@ -6,6 +6,7 @@ from stillreach.tolerance.reach import ReachLeft, reach
 from stillreach.tolerance.rehearsal import Rehearsal
 from stillreach.tolerance.rehearse import rehearse
 from stillreach.tolerance.report import Report, report
+from stillreach.tolerance.workspace import Workspace, best_limits, workspace
 
 __all__ = [
     "Cause",
@@ -13,10 +14,13 @@ __all__ = [
     "ReachLeft",
     "Rehearsal",
     "Report",
+    "Workspace",
+    "best_limits",
     "best_posture",
     "better_place",
     "better_start",
     "reach",
     "rehearse",
     "report",
+    "workspace",
 ]

@@ -1,0 +1,88 @@
+"""The failure-tolerant workspace of a planar arm, solved by hand."""
+
+import numpy as np
+import pytest
+
+import stillreach as sr
+from stillreach import InputError
+
+PLANE = sr.Task(rows=(True, True, False, False, False, False))
+ARM = sr.arms.planar(3)
+LIMITS = {"j2": np.deg2rad([90.0, 120.0]), "j3": np.deg2rad([90.0, 120.0])}
+INNER = np.sqrt(2.0) - 1.0
+
+
+def disc(count, radius, seed=0):
+    rng = np.random.default_rng(seed)
+    r, a = radius * np.sqrt(rng.uniform(0, 1, count)), rng.uniform(-np.pi, np.pi, count)
+    return np.column_stack([r * np.cos(a), r * np.sin(a), np.zeros(count)]), r
+
+
+def test_it_is_the_annulus_that_is_known():
+    """Unit links, joint 1 free, joints 2 and 3 within 90 to 120 deg before the failure: sqrt(2) - 1 <= r <= 1."""
+    points, r = disc(4000, 1.3)
+    found = sr.tolerance.workspace(ARM, points, LIMITS, joints=["j2", "j3"], task=PLANE)
+    clear = np.minimum(np.abs(r - INNER), np.abs(r - 1.0)) > 1e-3
+    np.testing.assert_array_equal(found.tolerant[clear], ((r > INNER) & (r < 1.0))[clear])
+    area = found.share * np.pi * 1.3**2
+    assert area == pytest.approx(2.602581, rel=0.04)  # of 4,000 random points
+    assert found.joints == (1, 2)
+    assert found.after[:, 0].sum() == found.before.sum()
+
+
+def test_before_a_failure_only_the_artificial_limits_count():
+    points, r = disc(2000, 2.2, seed=1)
+    found = sr.tolerance.workspace(ARM, points, LIMITS, joints=["j2", "j3"], task=PLANE)
+    bends = np.deg2rad(np.linspace(90, 120, 200))
+    two, three = np.meshgrid(bends, bends)
+    reach = np.abs(1.0 + np.exp(1j * two) + np.exp(1j * (two + three)))
+    clear = np.minimum(np.abs(r - reach.min()), np.abs(r - reach.max())) > 0.01
+    np.testing.assert_array_equal(found.before[clear], ((r > reach.min()) & (r < reach.max()))[clear])
+
+
+def test_better_limits_are_found():
+    points, _ = disc(120, 1.3, seed=2)
+    given = sr.tolerance.workspace(ARM, points, LIMITS, joints=["j2", "j3"], task=PLANE, angles=5)
+    found = sr.tolerance.best_limits(ARM, points, joints=["j2", "j3"], task=PLANE, steps=6, rounds=2)
+    assert found.share >= given.share - 0.05
+    wide = sr.tolerance.workspace(ARM, points, np.full((3, 2), [-np.pi, np.pi]), task=PLANE, angles=5)
+    assert found.share > wide.share
+    assert np.isfinite(found.limits[1:]).all()
+
+
+def test_poses_of_a_panda():
+    arm = sr.arms.panda()
+    rng = np.random.default_rng(3)
+    q = rng.uniform(*(0.4 * arm.position_limits.T + 0.6 * arm.position_limits.mean(axis=1)), (40, 7))
+    found = sr.tolerance.workspace(arm, arm.forward(q), joints=["panda_joint1"], angles=3)
+    assert found.before.all()
+    assert not found.after[:, 0].all()
+    for place in range(5):
+        for at in np.linspace(*arm.position_limits[0], 3):
+            one = arm.inverse(arm.forward(q[place]), locked={"panda_joint1": at}, starts=30, seed=1994)
+            if not one.reached:
+                assert not found.after[place, 0]
+
+
+def test_a_picture():
+    pytest.importorskip("matplotlib").use("agg")
+    points, _ = disc(50, 1.3)
+    figure = sr.tolerance.workspace(ARM, points, LIMITS, joints=["j2"], task=PLANE, angles=2).plot()
+    assert len(figure.axes) == 2
+    assert "tolerant" in figure._suptitle.get_text()
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"poses": [[1.0, 2.0]]}, "poses: got"),
+        ({"limits": [[0.0, 1.0]]}, "limits: got"),
+        ({"limits": {"j2": (1.0, 0.0)}}, r"limits: got \[1.0, 0.0\] for j2"),
+        ({"joints": ["j1"]}, "joints: got j1, whose limits are endless"),
+        ({"angles": 0}, "angles: got 0"),
+        ({"joints": ["x"]}, "joint: got 'x'"),
+    ],
+)
+def test_mistakes(options, said):
+    with pytest.raises(InputError, match=said):
+        sr.tolerance.workspace(**{"arm": ARM, "poses": [[1.0, 0.0, 0.0]], "limits": LIMITS, "task": PLANE, **options})
