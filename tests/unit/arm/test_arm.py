@@ -187,7 +187,8 @@ def test_an_unknown_joint_is_answered_with_the_choices(joint):
     with pytest.raises(sr.errors.UnknownJointError) as caught:
         arm.joint_index(joint)
     assert caught.value.choices == arm.joint_names
-    assert str(caught.value).endswith("expected one of j1 … j11 or an index from 0 to 10")
+    assert "expected one of j1 … j11 or an index from 0 to 10" in str(caught.value)
+    assert str(caught.value).endswith("(did you mean 'j1'?)") == (isinstance(joint, str) and joint == "J1")
 
 
 def test_names_that_do_not_count_up_are_all_listed():
