@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillreach.cli._complete import complete_law
+from stillreach.cli._complete import complete_law, complete_laws
 from stillreach.cli._recordings import (
     AngleOption,
     BaseOption,
@@ -65,6 +65,12 @@ def rehearse(
         ),
     ] = None,
     law: Annotated[str | None, typer.Option(help="Law instead of the scenario's.", autocompletion=complete_law)] = None,
+    laws: Annotated[
+        str | None,
+        typer.Option(
+            help="Also the share that survives under other laws, separated by commas.", autocompletion=complete_laws
+        ),
+    ] = None,
     healthy: Annotated[bool, typer.Option("--healthy", help="Leave out the scenario's own faults.")] = False,
     postures: Annotated[
         int, typer.Option(min=0, metavar="N", help="Also look for a better start among so many postures, e.g. 32.")
@@ -95,6 +101,7 @@ def rehearse(
     from stillreach._units import LENGTHS, quantity, tolerances
     from stillreach.cli._exit import CTRL_C, NOT_FINISHED
     from stillreach.cli._faults import changed, delay
+    from stillreach.cli._laws import parse_laws
     from stillreach.cli._recordings import recorded
     from stillreach.cli._records import folder_for, picture, remove_older, write_page, write_summary
     from stillreach.cli._robots import load_arm
@@ -115,31 +122,36 @@ def rehearse(
         source = " ".join([f"--recording {quoted(recording)} --robot {quoted(task)}", *texts])
     chosen = changed(given, law=law, fail=[], healthy=healthy)
     source += (f" --law {quoted(law)}" if law else "") + (" --healthy" if healthy else "")
-    found = rehearsed(
-        chosen,
-        kinds=[_kind(chosen.arm, text) for text in kind or ["locked"]],
-        joints=joint or None,
-        k=together,
-        onsets=onsets,
-        known_after=0.0 if known_after is None else delay(known_after),
-        allowed_distance=allowed[0],
-        allowed_angle=allowed[1],
-        threads=threads,
-    )
+    others = parse_laws(laws, like=chosen.law) if laws else {}
+    wanted: dict[str, Any] = {
+        "kinds": [_kind(chosen.arm, text) for text in kind or ["locked"]],
+        "joints": joint or None,
+        "k": together,
+        "onsets": onsets,
+        "known_after": 0.0 if known_after is None else delay(known_after),
+        "allowed_distance": allowed[0],
+        "allowed_angle": allowed[1],
+        "threads": threads,
+    }
+    found = rehearsed(chosen, **wanted)
+    shares: dict[str, float] = {}
+    for name, other in others.items():
+        if not found.interrupted:
+            shares[name] = rehearsed(chosen, **wanted, law=other).share
     if postures and not found.interrupted:
         better_start(found, count=postures, threads=threads)
     if far and not found.interrupted:
         better_place(found, [[sign * far * (axis == k) for k in range(3)] for sign in (1, -1) for axis in range(3)])
     folder = folder_for(out, recording or task)
     remove_older(folder / PAGE, folder / PICTURE, folder / RECORD)
-    facts = found.facts()
+    facts = {**found.facts(), **({"laws": shares} if laws else {})}
     written = [write_summary(facts, folder, SUMMARY), *_record(found, folder / RECORD)]
     written += write_page(page, folder / PAGE, lambda: found.html(source))
     written += picture(plot, folder / PICTURE, found.plot)
     if as_json:
         print_json({**facts, "files": [str(path) for path in written]})
     else:
-        _print(found)
+        _print(found, shares)
         console().print(f"\nwrote {', '.join(map(str, written))}", soft_wrap=True)
     if found.interrupted:
         raise typer.Exit(CTRL_C)
@@ -193,7 +205,7 @@ def _record(found: Rehearsal, path: Path) -> list[Path]:
     return [path]
 
 
-def _print(found: Rehearsal) -> None:
+def _print(found: Rehearsal, shares: dict[str, float]) -> None:
     from stillreach.cli._terminal import console, print_table, table
     from stillreach.tolerance.rehearsal import HEAD
 
@@ -205,6 +217,8 @@ def _print(found: Rehearsal) -> None:
         made.add_row(*row)
     print_table(made)
     out.print(f"\n{found.verdict}")
+    for name, share in shares.items():
+        out.print(f"under {name}: {100 * share:.3g} %")
     if found.advice:
         out.print(f"\n{found.advice}")
     if found.interrupted:

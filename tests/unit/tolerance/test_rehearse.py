@@ -337,6 +337,17 @@ def test_a_newcomer_rehearses_a_robot_on_a_recording(desk):
         assert again["faults"][0]["joint"] == cell["joint"]
 
 
+def test_other_laws_on_request(desk):
+    some = ["rehearse", "panda.urdf", "drive.csv", "--onsets", "3", "--no-page", "--no-plot"]
+    answer = run_command(*some, "--laws", "keep-direction,pseudoinverse", "--json")
+    found = json.loads(answer.out)["laws"]
+    scenario = sr.Recording.load(desk / "drive.csv", arm=sr.Arm.from_urdf(desk / "panda.urdf")).scenario()
+    expected = sr.tolerance.rehearse(scenario, onsets=3, law=sr.KeepDirection()).share
+    assert found["keep-direction"] == pytest.approx(expected)
+    assert set(found) == {"keep-direction", "pseudoinverse"}
+    assert "under keep-direction:" in run_command(*some, "--laws", "keep-direction").out
+
+
 def test_the_share_decides_the_exit_code(desk):
     some = ["rehearse", "panda.urdf", "drive.csv", "--onsets", "4", "--no-page"]
     share = json.loads(run_command(*some, "--json").out)["share"]
