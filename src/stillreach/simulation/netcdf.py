@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
+from stillreach._core import instruction_set
 from stillreach._files import file_name, new_file
 from stillreach.errors import InputError, MissingExtraError
 from stillreach.simulation.document import scenario_text
@@ -77,6 +78,7 @@ def _labels(run: Run) -> dict[str, str | int]:
         "title": run.scenario.title,
         "interrupted": int(run.interrupted),
         "source": f"stillreach {version('stillreach')}",
+        "instruction_set": instruction_set(),
     }
 
 

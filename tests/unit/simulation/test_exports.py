@@ -136,6 +136,10 @@ def test_netcdf_in_plain_xarray(run, tmp_path):
         np.testing.assert_array_equal(read["q"].values, run.q)
         assert read["rates"].sel(joint="panda_joint4").shape == (len(run),)
         assert "units" in read["time"].attrs or read["time"].encoding
+        assert read.attrs["source"].startswith("stillreach 0.")
+        assert read.attrs["instruction_set"] in ("baseline", "avx2", "avx512")
+    again = sr.simulate(sr.Run.load(tmp_path / "run.nc").scenario)
+    np.testing.assert_array_equal(again.q, run.q)
 
 
 def test_an_earlier_bag_is_replaced_and_nothing_else(run, tmp_path):
