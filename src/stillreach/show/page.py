@@ -236,7 +236,7 @@ def _how(found: Rehearsal, source: str) -> list[tuple[str, str]]:
     rule = f"the tool stays within {_off(*found.limits)} of its target from the failure on to the end"
     return [
         ("task", f"{scenario.title}: {source}"),
-        ("path", f"{_off(*found.way)} in {scenario.duration:g} s"),
+        ("path", f"{found.way[0]:.4g} m and {math.degrees(found.way[1]):.4g} deg in {scenario.duration:g} s"),
         ("arm", f"{scenario.arm.name}, {scenario.arm.n} joints"),
         ("other faults", joined(own, "and") if own else "none"),
         ("failures", f"{', '.join(kinds)}; at {len(found.onset)} moments"),
