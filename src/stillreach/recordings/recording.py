@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -48,6 +48,8 @@ class Recording:
     time: FloatArray
     q: FloatArray
     name: str = ""
+    cut: bool = False
+    """Whether the file ended before its end, as a crash leaves it."""
 
     def __init__(
         self,
@@ -134,8 +136,9 @@ class Recording:
         revolute = [unit == "rad" for unit in arm.joint_units]
         q = in_si(samples, arm.joint_names, revolute, angle, length)
         _check_finite(samples, q, arm)
-        gap = np.inf
-        return cls(arm, samples.time, q, name=file.stem, largest_gap=gap, allow_outside=allow_outside)
+        made = cls(arm, samples.time, q, name=file.stem, largest_gap=np.inf, allow_outside=allow_outside)
+        object.__setattr__(made, "cut", samples.cut)
+        return made
 
     def __len__(self) -> int:
         return len(self.time)
@@ -249,7 +252,7 @@ def _sorted(samples: Samples) -> Samples:
     order = np.argsort(samples.time, kind="stable")
     last = np.append(np.diff(samples.time[order]) > 0.0, True)
     keep = order[last]
-    return Samples(samples.time[keep], samples.columns[keep], samples.units, samples.row, samples.first)
+    return replace(samples, time=samples.time[keep], columns=samples.columns[keep])
 
 
 def _check_times(time: FloatArray, row: str, first: int, largest_gap: float | None) -> None:

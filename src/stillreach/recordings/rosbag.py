@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import struct
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,48 +17,113 @@ from stillreach.recordings.samples import Samples
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
 FILES = (".mcap", ".db3")
+MAGIC = b"\x89MCAP0\r\n"
 
 
 def read(file: Path, joints: Sequence[str], named: Mapping[str, str], topic: str | None) -> Samples:
     """Read the joint states of one topic. Messages without any of the joints are left out.
 
-    Times are those of the messages' headers, or of the recorder where headers have none.
+    Times are those of the messages' headers, or of the recorder where headers have none. Of an MCAP file that a crash
+    left without its end, everything up to there is read.
 
     Raises:
         InputError: if it is no bag, has no such messages, or a message has only some of the joints.
         MissingExtraError: if rosbags is not installed.
     """
     try:
-        from rosbags.highlevel import AnyReader, AnyReaderError
+        from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
     except ImportError as error:
         raise MissingExtraError("recordings", f"reading {file.name}") from error
-    expected = "a rosbag2 folder, or a whole MCAP or SQLite file of one (`mcap recover` mends a file without an end)"
+    store = get_typestore(Stores.ROS2_HUMBLE)
     stamps: list[int] = []
     rows: list[list[float]] = []
+    cut = False
     try:
-        with AnyReader(_paths(file), default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
-            chosen = _chosen(file, reader.connections, topic)
-            for connection, received, data in reader.messages(chosen):
-                message: Any = reader.deserialize(data, connection.msgtype)
-                row = _row(message, joints, named, len(rows))
-                if row is not None:
-                    stamp = message.header.stamp
-                    stamps.append(stamp.sec * 10**9 + stamp.nanosec or received)
-                    rows.append(row)
+        paths = _paths(file)
+        try:
+            with AnyReader(paths, default_typestore=store) as reader:
+                chosen = _chosen(file, reader.connections, topic)
+                for connection, received, data in reader.messages(chosen):
+                    message: Any = reader.deserialize(data, connection.msgtype)
+                    _add(message, received, joints, named, stamps, rows)
+        except Exception as error:
+            if rows or isinstance(error, InputError) or not all(_begins(path) for path in _mcap_files(paths)):
+                raise
+            cut = True
+            for received, data in _left(file, paths, topic):
+                _add(store.deserialize_cdr(data, JOINT_STATE), received, joints, named, stamps, rows)
     except InputError:
         raise
-    except (AnyReaderError, OSError, ValueError, KeyError, AssertionError) as error:
-        raise InputError("path", f"{file.name!r}: {' '.join(str(error).split())[:160]}", expected) from None
-    except Exception as error:  # rosbags has no common base of its errors
-        if type(error).__module__.partition(".")[0] not in ("rosbags", "sqlite3", "struct"):
+    except Exception as error:  # rosbags and mcap have no common base of their errors
+        known = type(error).__module__.partition(".")[0] in ("rosbags", "mcap", "apsw", "sqlite3", "struct")
+        if not known and not isinstance(error, OSError | ValueError | KeyError | AssertionError):
             raise
-        raise InputError("path", f"{file.name!r}: {' '.join(str(error).split())[:160]}", expected) from None
+        said = " ".join(str(error).split())[:160]
+        raise InputError(
+            "path", f"{file.name!r}: {said}", "a rosbag2 folder, or an MCAP or SQLite file of one"
+        ) from None
     if not rows:
         wanted = listed([named.get(joint, joint) for joint in joints])
         raise InputError("joints", f"no message with {wanted} in {file.name}", "messages with every joint of the arm")
     time = np.array([stamp - stamps[0] for stamp in stamps], dtype=np.float64) * 1e-9
-    return Samples(time, np.array(rows, dtype=np.float64), ("rad",) * len(joints), "message")
+    return Samples(time, np.array(rows, dtype=np.float64), ("rad",) * len(joints), "message", cut=cut)
+
+
+def _add(
+    message: Any,
+    received: int,
+    joints: Sequence[str],
+    named: Mapping[str, str],
+    stamps: list[int],
+    rows: list[list[float]],
+) -> None:
+    """Takes a message, if it has the joints; its time is that of its header, or when it was received [ns]."""
+    row = _row(message, joints, named, len(rows))
+    if row is not None:
+        stamp = message.header.stamp
+        stamps.append(stamp.sec * 10**9 + stamp.nanosec or received)
+        rows.append(row)
+
+
+def _mcap_files(paths: Sequence[Path]) -> list[Path]:
+    """The MCAP files of a recording; the paths themselves where there are none, which then are no MCAP."""
+    inside = [path for given in paths for path in (given.glob("*.mcap") if given.is_dir() else [given])]
+    return sorted(inside) or list(paths)
+
+
+def _begins(path: Path) -> bool:
+    """Whether a file begins as MCAP does."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as opened:
+        return opened.read(len(MAGIC)) == MAGIC
+
+
+def _left(file: Path, paths: Sequence[Path], topic: str | None) -> Iterator[tuple[int, bytes]]:
+    """Times [ns] and messages of MCAP files that a crash left without an end, in the order of the times."""
+    try:
+        from mcap.exceptions import McapError
+        from mcap.records import Channel, Message, Schema
+        from mcap.stream_reader import StreamReader
+    except ImportError as error:
+        raise MissingExtraError("recordings", f"reading {file.name}, which has no end,") from error
+    found: list[tuple[str, int, bytes]] = []
+    kinds: dict[int, str] = {}
+    for path in _mcap_files(paths):
+        schemas: dict[int, str] = {}
+        channels: dict[int, Channel] = {}
+        with path.open("rb") as opened, suppress(McapError, EOFError, OSError, ValueError, struct.error):
+            for record in StreamReader(opened).records:
+                if isinstance(record, Schema):
+                    schemas[record.id] = record.name
+                elif isinstance(record, Channel):
+                    channels[record.id], kinds[record.id] = record, schemas.get(record.schema_id, "")
+                elif isinstance(record, Message) and kinds[record.channel_id] == JOINT_STATE:
+                    found.append((channels[record.channel_id].topic, record.log_time, record.data))
+    topics = [SimpleNamespace(topic=name, msgtype=JOINT_STATE) for name in sorted({name for name, _, _ in found})]
+    wanted = {connection.topic for connection in _chosen(file, topics, topic)}
+    return iter(sorted(((time, data) for name, time, data in found if name in wanted), key=lambda pair: pair[0]))
 
 
 def _paths(file: Path) -> list[Path]:

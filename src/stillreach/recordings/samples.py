@@ -29,6 +29,7 @@ class Samples:
         units: of each column, ``"deg"``, ``"mm"`` …; empty where the file does not say it.
         row: what one sample is called in messages.
         first: number of the first sample.
+        cut: whether the file ended before its end.
     """
 
     time: FloatArray
@@ -36,6 +37,7 @@ class Samples:
     units: tuple[str, ...]
     row: str = "row"
     first: int = 1
+    cut: bool = False
 
 
 def unit_of(column: str) -> tuple[str, str]:
