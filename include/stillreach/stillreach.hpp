@@ -215,8 +215,8 @@ class Controller {
     if (!wrong.empty()) throw std::invalid_argument(wrong);
     const int n = arm_.n();
     const std::size_t count = to_size(n);
-    numbers_.assign(34 * count, 0.0);
-    small_.assign(5 * count, 0);
+    numbers_.assign(to_size(kStateNumbers) * count, 0.0);
+    small_.assign(to_size(kStateBytes) * count, 0);
     active_.assign(count, 0);
     rates_.assign(count, 0.0);
     faults_.assign(count, Fault{});
@@ -240,10 +240,9 @@ class Controller {
     s.null_kind = options_.null_motion;
     s.null_gain = options_.null_gain;
     s.null_largest = options_.null_largest;
-    double* at = numbers_.data();
-    const auto take = [&](std::size_t times) { return std::exchange(at, at + times * count); };
-    double *lower = take(1), *upper = take(1), *first = take(1), *last = take(1), *acceleration = take(1);
-    double* vector = take(1);
+    point_into(s, numbers_.data(), small_.data());
+    double *lower = numbers_.data(), *upper = lower + count, *first = upper + count, *last = first + count;
+    double *acceleration = last + count, *vector = acceleration + count;
     for (std::size_t i = 0; i < count; ++i) {
       const Joint& joint = arm_.joint(static_cast<int>(i));
       lower[i] = -joint.velocity_limit;
@@ -255,28 +254,8 @@ class Controller {
       const bool endless = joint.lower == -kNoLimit && joint.upper == kNoLimit && joint.acceleration_limit == kNoLimit;
       s.constant_bounds = s.constant_bounds && endless;
     }
-    s.rate_lower = lower;
-    s.rate_upper = upper;
-    s.position_lower = first;
-    s.position_upper = last;
-    s.acceleration = acceleration;
-    s.null_vector = vector;
-    s.last = take(1);
-    s.anchor = take(1);
-    s.lower = take(1);
-    s.upper = take(1);
-    s.reference = take(1);
-    s.jacobian = take(6);
-    s.task_jacobian = s.every_row ? s.jacobian : take(6);
-    if (s.every_row) take(6);
-    s.scratch = take(10);
-    nothing_ = take(1);
-    std::fill_n(nothing_, count, std::nan(""));
     s.faults = faults_.data();
-    s.active = small_.data();
-    s.lower_reason = s.active + n;
-    s.upper_reason = s.lower_reason + n;
-    s.closing = s.upper_reason + n;
+    nothing_.assign(count, std::nan(""));
     answer_.rates = rates_.data();
     answer_.residual = residual_.data();
     answer_.active = active_.data();
@@ -382,7 +361,7 @@ class Controller {
       return INVALID_INPUT;
     }
     const bool right = twist && q.size() == count;
-    go(right ? q.data() : nothing_, right ? twist : still, right ? pose : nullptr);
+    go(right ? q.data() : nothing_.data(), right ? twist : still, right ? pose : nullptr);
     std::copy_n(rates_.data(), count, rates.data());
     return answer_.status;
   }
@@ -401,14 +380,13 @@ class Controller {
 
   Arm arm_;
   Options options_;
-  std::vector<double> numbers_, rates_, doubles_;
+  std::vector<double> numbers_, rates_, doubles_, nothing_;  // the last one NaN
   std::vector<double> residual_ = std::vector<double>(6, 0.0);
   std::vector<std::int8_t> small_, active_, bytes_;
   std::vector<int> ints_;
   std::vector<Fault> faults_;
   ControllerState state_{};
   Answer answer_{};
-  double* nothing_ = nullptr;  // n NaN
 };
 
 #if defined(STILLREACH_DISPATCH)

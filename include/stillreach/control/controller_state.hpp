@@ -75,4 +75,37 @@ struct ControllerState {
   double twist[6];            // its m task rows
 };
 
+// Memory of a state: n numbers and n bytes, so many times.
+constexpr int kStateNumbers = 33, kStateBytes = 5;
+
+// Points a state, of n joints and with every_row told, into memory of that size, zeros at first. The first numbers are
+// the limits, in the order of their names above; the last bytes may become `rotary`, which is returned.
+STILLREACH_INLINE std::int8_t* point_into(ControllerState& s, double* numbers, std::int8_t* bytes) {
+  const int n = s.arm.n;
+  const auto take = [&numbers, n](int times) {
+    double* const here = numbers;
+    numbers += times * n;
+    return here;
+  };
+  s.rate_lower = take(1);
+  s.rate_upper = take(1);
+  s.position_lower = take(1);
+  s.position_upper = take(1);
+  s.acceleration = take(1);
+  s.null_vector = take(1);
+  s.last = take(1);
+  s.anchor = take(1);
+  s.lower = take(1);
+  s.upper = take(1);
+  s.reference = take(1);
+  s.jacobian = take(6);
+  s.scratch = take(10);
+  s.task_jacobian = s.every_row ? s.jacobian : take(6);
+  s.active = bytes;
+  s.lower_reason = bytes + n;
+  s.upper_reason = bytes + 2 * n;
+  s.closing = bytes + 3 * n;
+  return bytes + 4 * n;
+}
+
 }  // namespace stillreach

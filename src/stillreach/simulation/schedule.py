@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stillreach._core import SimulatedPlant
 from stillreach._door import FloatArray
 from stillreach.control import Controller
 from stillreach.faults import Fault, FaultKind
 from stillreach.simulation.motion import Motion, checked_motion, ends
 from stillreach.simulation.path import Stretch, led_to, stretches
+from stillreach.status import Health
 
 if TYPE_CHECKING:
     from stillreach.simulation.scenario import Scenario
@@ -68,18 +70,28 @@ class Schedule:
             poses[here], T = led[1:-1], led[-1]
         return poses
 
-    def change_faults(self, controller: Controller, tick: int) -> None:
-        """Tell a controller the faults and restorations that it learns of at a tick."""
-        for joint, kind in self.known.get(tick, ()):
-            if kind is None:
-                controller.restore(joint)
-            else:
-                controller.fail(joint, kind)
-
     def spans(self) -> list[tuple[int, int]]:
         """First and last tick of each part and of the rest; the two are equal for a part that never begins."""
         last = [min(start, self.steps) for start in self.starts[1:]] + [self.steps]
         return [(first, max(first, end)) for first, end in zip(self.starts, last, strict=True)]
+
+
+def tell(controller: Controller, changes: Sequence[Change]) -> None:
+    """Tell a controller of faults and restorations."""
+    for joint, kind in changes:
+        if kind is None:
+            controller.restore(joint)
+        else:
+            controller.fail(joint, kind)
+
+
+def break_joints(plant: SimulatedPlant, changes: Sequence[Change]) -> None:
+    """Joints of a kinematic plant fail or are whole again, whether or not the controller knows."""
+    for joint, kind in changes:
+        if kind is None:
+            plant.set_fault(joint, Health.HEALTHY, 0.0, 0.0)
+        else:
+            plant.set_fault(joint, kind.health, *kind.numbers)
 
 
 def schedule_of(scenario: Scenario) -> Schedule:

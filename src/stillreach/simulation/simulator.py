@@ -18,7 +18,7 @@ from stillreach.simulation.progress import Progress
 from stillreach.simulation.record import empty_record
 from stillreach.simulation.run import Run
 from stillreach.simulation.scenario import Scenario
-from stillreach.simulation.schedule import Schedule
+from stillreach.simulation.schedule import Schedule, break_joints, tell
 from stillreach.status import Health
 
 FIRST_CHUNK = 64
@@ -84,7 +84,7 @@ class _Simulation:
 
     def advance(self) -> None:
         """One chunk, up to the next change of faults or motion; the tick at the final state is a chunk of its own."""
-        self.plan.change_faults(self.controller, self.tick)
+        tell(self.controller, self.plan.known.get(self.tick, ()))
         if self.plant:
             self.plant.change_faults(self.plan, self.tick)
         if self.moving:
@@ -147,11 +147,7 @@ class _Plant:
 
     def change_faults(self, plan: Schedule, tick: int) -> None:
         """The true faults that begin or end at a tick."""
-        for joint, kind in plan.changes.get(tick, ()):
-            if kind is None:
-                self._core.set_fault(joint, Health.HEALTHY, 0.0, 0.0)
-            else:
-                self._core.set_fault(joint, kind.health, *kind.numbers)
+        break_joints(self._core, plan.changes.get(tick, ()))
 
     def chunk(self, ticks: int) -> dict[str, Any]:
         """What a chunk of ticks needs: the plant, and the errors of its encoders."""

@@ -22,7 +22,6 @@ from stillreach import _door
 from stillreach._core import SimulatedPlant, frames, pose_distances
 from stillreach._door import FloatArray
 from stillreach.batch import threads_of
-from stillreach.control import Controller
 from stillreach.errors import InputError
 from stillreach.faults import FaultKind
 from stillreach.laws import Pseudoinverse, SingularityRobust
@@ -34,9 +33,8 @@ from stillreach.simulation.document import check_whole
 from stillreach.simulation.orders import orders_of
 from stillreach.simulation.progress import Progress
 from stillreach.simulation.record import empty_record
-from stillreach.simulation.schedule import Change, fault_changes
+from stillreach.simulation.schedule import Change, break_joints, fault_changes, tell
 from stillreach.simulation.summary import allowed_errors
-from stillreach.status import Health
 from stillreach.tolerance.cause import Cause, cause_of
 from stillreach.tolerance.failures import Failures
 from stillreach.tolerance.rehearsal import Rehearsal
@@ -234,9 +232,9 @@ class _Worker:
         course = self.course
         breaks = sorted({tick for tick in (*changes, *known) if first < tick < until})
         for a, b in _pieces(first, until, breaks, course.parts):
-            _tell(self.controller, known.get(a, ()))
+            tell(self.controller, known.get(a, ()))
             if plant:
-                _break(plant, changes.get(a, ()))
+                break_joints(plant, changes.get(a, ()))
             part = next(part for part in course.parts if part.first <= a < part.end)
             last = a == course.scenario.steps
             from_, to = course.stages * (a - part.first), course.stages * (b - part.first)
@@ -269,22 +267,6 @@ def _pieces(first: int, until: int, breaks: list[int], parts: list[_Part]) -> It
     """Ranges of ticks without a change of faults or motion."""
     cuts = sorted({first, until, *breaks, *(part.first for part in parts if first < part.first < until)})
     return pairwise(cuts)
-
-
-def _tell(controller: Controller, changes: Sequence[Change]) -> None:
-    for joint, kind in changes:
-        if kind is None:
-            controller.restore(joint)
-        else:
-            controller.fail(joint, kind)
-
-
-def _break(plant: SimulatedPlant, changes: Sequence[Change]) -> None:
-    for joint, kind in changes:
-        if kind is None:
-            plant.set_fault(joint, Health.HEALTHY, 0.0, 0.0)
-        else:
-            plant.set_fault(joint, kind.health, *kind.numbers)
 
 
 def _run(course: _Course, cases: Failures, found: Rehearsal, threads: int, progress: bool | None) -> None:
