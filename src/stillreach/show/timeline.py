@@ -55,16 +55,17 @@ def timeline(ax: Axes, run: Run, ticks: np.ndarray) -> None:
     """
     from matplotlib.patches import Patch
 
-    codes, time = _joint_codes(run)[ticks], run.time[ticks]
+    codes, time = _joint_codes(run)[:, ticks], run.time[ticks]
     flags = _raised(run)
     names = [*map(in_picture, run.joint_names), *(IN_WORDS[flag] for flag in flags)]
     used: set[str] = set()
     for row, name in enumerate(run.joint_names):
-        for code, (state, colour) in enumerate(STATES.items(), start=1):
-            spans = _spans(time, codes[:, row] == code)
-            if spans:
-                used.add(state)
-                ax.broken_barh(spans, (row - BAR / 2, BAR), facecolors=colour, linewidth=0, label=name)
+        for layer, height in zip(codes, (BAR, BAR / 2 if codes[0, :, row].any() else BAR), strict=True):
+            for code, (state, colour) in enumerate(STATES.items(), start=1):
+                spans = _spans(time, layer[:, row] == code)
+                if spans:
+                    used.add(state)
+                    ax.broken_barh(spans, (row - height / 2, height), facecolors=colour, linewidth=0, label=name)
         unknown = _spans(time, (run.health != run.known)[ticks, row])
         if unknown:
             used.add(UNKNOWN)
@@ -90,12 +91,14 @@ def timeline_rows(run: Run) -> int:
 
 
 def _joint_codes(run: Run) -> np.ndarray:
-    """(T, n) 0, or 1 + index in STATES."""
-    reasons = bound_reasons(run)
-    codes = np.where(reasons > 0, reasons + len(FAULTS), 0)
+    """(2, T, n) faults, and limits that joints are at, drawn thinner beside a fault: 0, or 1 + index in STATES."""
+    reasons, faults = bound_reasons(run), np.zeros(run.health.shape, dtype=np.int64)
+    limits = np.where(reasons > 0, reasons + len(FAULTS), 0)
     for code, kind in enumerate(FAULTS, start=1):
-        codes[(run.health == kind.health) & ((codes == 0) | (not kind.leaves_choice))] = code
-    return codes
+        faults[run.health == kind.health] = code
+        if not kind.leaves_choice:
+            limits[run.health == kind.health] = 0
+    return np.stack([faults, limits])
 
 
 def _raised(run: Run) -> list[Status]:
