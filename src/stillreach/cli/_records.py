@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -83,20 +84,7 @@ def write_page(wanted: bool | None, path: Path, made: Callable[[], str]) -> list
     Raises:
         MissingExtraError: if ``wanted`` is True and the extra is missing.
     """
-    from stillreach.cli._terminal import note
-
-    if wanted is False:
-        return []
-    try:
-        text = made()
-    except MissingExtraError as missing:
-        if wanted:
-            raise
-        note(f"stillreach: {missing} (for {path.name})")
-        return []
-    with new_file(path) as file:
-        file.write(text.encode())
-    return [path]
+    return _if_wanted(wanted, path, lambda: made().encode())
 
 
 def picture(wanted: bool | None, path: Path, draw: Callable[[], Any]) -> list[Path]:
@@ -108,24 +96,36 @@ def picture(wanted: bool | None, path: Path, draw: Callable[[], Any]) -> list[Pa
         draw: makes the figure.
 
     Returns:
-        The file, or None.
+        The file, or none.
 
     Raises:
         MissingExtraError: if ``wanted`` is True and matplotlib is not installed.
     """
+
+    def drawn() -> bytes:
+        from stillreach.show.style import matplotlib_or_error
+
+        matplotlib_or_error("a picture of a run").use("agg")  # without a window
+        file = BytesIO()
+        draw().savefig(file, format="png", dpi=130, pil_kwargs={"compress_level": 2})
+        return file.getvalue()
+
+    return _if_wanted(wanted, path, drawn)
+
+
+def _if_wanted(wanted: bool | None, path: Path, made: Callable[[], bytes]) -> list[Path]:
+    """Writes a file whose making needs an extra; a note where that is missing and nobody asked for it."""
     from stillreach.cli._terminal import note
-    from stillreach.show.style import matplotlib_or_error
 
     if wanted is False:
         return []
     try:
-        matplotlib_or_error("a picture of a run").use("agg")  # without a window
-        figure = draw()
+        content = made()
     except MissingExtraError as missing:
         if wanted:
             raise
         note(f"stillreach: {missing} (for {path.name})")
         return []
     with new_file(path) as file:
-        figure.savefig(file, format="png", dpi=130, pil_kwargs={"compress_level": 2})
+        file.write(content)
     return [path]
