@@ -28,23 +28,26 @@ CONFIGURATIONS, SEED = 1000, 1994
 README = Path(__file__).parents[1] / "README.md"
 
 
-def medians(arm: sr.Arm) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) median relative manipulability of each joint, and how often its loss costs a direction, 0 to 1."""
+def medians(arm: sr.Arm) -> tuple[np.ndarray, np.ndarray, int]:
+    """(n,) median relative manipulability of each joint, how often its loss costs a direction, 0 to 1, and how many
+    configurations are left out because the whole arm is singular there.
+    """
     rng = np.random.default_rng(SEED)
     low, high = sampling_range(arm.kinds, *arm.position_limits.T)
     reports = [sr.tolerance.report(arm, q, k=1) for q in rng.uniform(low, high, (CONFIGURATIONS, arm.n))]
     found = [report for report in reports if report.rank == 6]
     left = [np.where(report.loses[0], 0.0, report.relative[0]) for report in found]
-    return np.median(left, axis=0), np.mean([report.loses[0] for report in found], axis=0)
+    lost = np.mean([report.loses[0] for report in found], axis=0)
+    return np.median(left, axis=0), lost, len(reports) - len(found)
 
 
 def row(name: str, arm: sr.Arm) -> str:
-    left, lost = medians(arm)
+    left, lost, singular = medians(arm)
     cells = " ".join(f"{100 * value:.0f}" if value >= 0.01 or value == 0.0 else "<1" for value in left)
     worst = int(np.argmin(left))
     never = [joint for joint, share in zip(arm.joint_names, lost, strict=True) if share > 0.99]
     text = f"never {', '.join(never)}" if never else f"{arm.joint_names[worst]}, {100 * left[worst]:.2g} %"
-    return f"| {name} | {arm.n} | {cells} | {text} |"
+    return f"| {name} | {arm.n} | {cells} | {text} | {singular} |"
 
 
 def main() -> None:
@@ -53,7 +56,10 @@ def main() -> None:
     arguments = parser.parse_args()
     arms = {name: ROBOTS[name].make() for name in FILES}
     arms |= {"Canadarm2": sr.arms.canadarm2(), "the paper's arm": sr.arms.nasa_modular()}
-    lines = ["| arm | joints | remains without each joint, from the base on [%] | costs most |", "|---|---|---|---|"]
+    lines = [
+        "| arm | joints | remains without each joint, from the base on [%] | costs most | left out |",
+        "|---|---|---|---|---|",
+    ]
     for name, arm in sorted(arms.items(), key=lambda pair: pair[1].n):
         lines.append(row(name, arm))
         print(lines[-1], flush=True)

@@ -57,7 +57,7 @@ def rehearse(
     """Which failures an arm survives on a task, and when.
 
     A failure is survived if from its onset on the tool stays within the allowed distance and angle of its target, until
-    the end. Of a healthy arm that is itself farther off after the onset, no failure is survived.
+    the end. Whether the arm without a failure does so is ``healthy_survives``; it does not change what counts.
 
     Args:
         task: a scenario with ``clock="time"``, whose own faults hold as well, or a recording.

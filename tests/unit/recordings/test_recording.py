@@ -58,7 +58,7 @@ def bag(path, storage, *, names=JOINTS, stamped=True, topics=("/joint_states",),
 
 
 def lerobot(folder, *, episodes=1, names=JOINTS):
-    """A dataset of LeRobot: single precision states, their names beside."""
+    """A dataset in the layout of LeRobot, but in double precision, so that it can equal the others to 1e-9."""
     data = folder / "data" / "chunk-000"
     data.mkdir(parents=True)
     (folder / "meta").mkdir()
