@@ -1,5 +1,7 @@
 #include "controller.hpp"
 
+#include "stillreach/control/setup.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -37,7 +39,7 @@ bool Controller::update_gradient(const double* q, bool raise) {
 
 static void make_controller(Controller* self, const Arm& arm, const Law& law, const Metric& metric, nb::sequence rows,
                             bool tool_axes, double period, nb::handle rotary, nb::handle labels, double return_rate,
-                            double transition_rate, double track_gain) {
+                            double transition_rate, double track_gain, nb::handle track_limits) {
   new (self) Controller();
   Controller& c = *self;
   c.arm = arm;
@@ -59,7 +61,11 @@ static void make_controller(Controller* self, const Arm& arm, const Law& law, co
   s.return_rate = return_rate;
   s.transition_rate = transition_rate;
   s.track_gain = track_gain;
-  s.track_linear = s.track_angular = std::numeric_limits<double>::infinity();
+  s.track_automatic = track_limits.is_none();
+  if (!s.track_automatic) {
+    s.track_linear = nb::cast<double>(track_limits[0]);
+    s.track_angular = nb::cast<double>(track_limits[1]);
+  }
   s.null_kind = stillreach::NullMotionKind::NONE;
   s.null_largest = std::numeric_limits<double>::infinity();
 
@@ -100,11 +106,7 @@ static void set_limits(Controller& c, nb::handle rate_lower, nb::handle rate_upp
         std::isinf(s.position_lower[i]) && std::isinf(s.position_upper[i]) && std::isinf(s.acceleration[i]);
     s.closing[i] = static_cast<std::int8_t>(s.closing[i] | closing);
   }
-}
-
-static void set_track_limits(Controller& c, double linear, double angular) {
-  c.state.track_linear = linear;
-  c.state.track_angular = angular;
+  kernel().bound_correction(s);
 }
 
 // What the controller did and what is broken, for a copy of it.
@@ -147,6 +149,19 @@ static void set_state(Controller& c, nb::bytes state) {
   };
   each_memory(c.state, n, take);
   c.state.bounds_stand = 0;
+  kernel().bound_correction(c.state);
+}
+
+// Everything that the controller was told, as numbers in a row: the head, then the settings.
+static nb::bytes get_setup(Controller& c) {
+  if (c.next) c.take_next();
+  const stillreach::SetupHead head = stillreach::head_of(c.state);
+  std::vector<double> all;
+  for (int size :
+       {head.n, head.moved, head.coupled, head.m, head.has_rows, head.has_units, head.has_columns, head.full})
+    all.push_back(size);
+  stillreach::each_setting(c.state, [&all](const auto& value) { all.push_back(static_cast<double>(value)); });
+  return nb::bytes(all.data(), all.size() * sizeof(double));
 }
 
 // Runs a tick and takes what it answers. All memory is found before the tick, so that it runs whole or not at all.
@@ -342,20 +357,6 @@ static void set_fault(Controller& c, int joint, stillreach::Health health, doubl
   kernel().set_fault(c.state, joint, {health, {first, second}});
 }
 
-// The largest rate of each joint that works, as its fault leaves it of the `limits` (n,); 0 of the others.
-static nb::object working_rates(const Controller& c, nb::handle limits) {
-  nb::object array = new_vector(c.n());
-  View view;
-  view.open(array);
-  double* const rates = view.data();
-  read_vector("limits", limits, c.n(), rates, false);
-  for (int i = 0; i < c.n(); ++i) {
-    const stillreach::Fault& fault = c.state.faults[i];
-    rates[i] = stillreach::works(fault) ? stillreach::largest_rate(fault, -rates[i], rates[i]) : 0.0;
-  }
-  return array;
-}
-
 static void reset(Controller& c, nb::handle rates) {
   if (rates.is_none())
     std::fill_n(c.state.last, c.n(), 0.0);
@@ -387,7 +388,7 @@ void bind_controller(nb::module_& m) {
                            "The compiled part of stillreach.Controller.");
   c.def("__init__", &make_controller, nb::kw_only(), nb::arg("arm"), nb::arg("law"), nb::arg("metric"), nb::arg("rows"),
         nb::arg("tool_axes"), nb::arg("period"), nb::arg("rotary"), nb::arg("labels"), nb::arg("return_rate"),
-        nb::arg("transition_rate"), nb::arg("track_gain"));
+        nb::arg("transition_rate"), nb::arg("track_gain"), nb::arg("track_limits").none());
   c.def("step", &step, nb::arg("q").none(), nb::arg("twist").none(), nb::kw_only(),
         nb::arg("period").none() = nb::none(), nb::arg("out").none() = nb::none(),
         nb::sig("def step(self, q: numpy.typing.ArrayLike | collections.abc.Mapping[str, float], twist: "
@@ -430,13 +431,10 @@ void bind_controller(nb::module_& m) {
       "is raised, and "
       "the tick is left out. Inputs are read before rates are written, so the arrays may overlap.");
   c.def("_set_fault", &set_fault, nb::arg("joint"), nb::arg("health"), nb::arg("first"), nb::arg("second"));
-  c.def("_working_rates", &working_rates, nb::arg("limits"),
-        nb::sig("def _working_rates(self, limits: numpy.typing.NDArray[numpy.float64]) -> "
-                "numpy.typing.NDArray[numpy.float64]"));
   c.def("_set_limits", &set_limits, nb::arg("rate_lower"), nb::arg("rate_upper"), nb::arg("position_lower"),
         nb::arg("position_upper"), nb::arg("acceleration"), nb::arg("speed"), nb::arg("closing"));
-  c.def("_set_track_limits", &set_track_limits, nb::arg("linear"), nb::arg("angular"));
   c.def("_get_state", &get_state);
+  c.def("_get_setup", &get_setup);
   c.def("_set_state", &set_state, nb::arg("state"));
   c.def("_reset", &reset, nb::arg("rates").none());
   c.def("_set_null_motion", &set_null_motion, nb::arg("kind"), nb::arg("gain"), nb::arg("largest"),

@@ -46,9 +46,9 @@ struct Controller {
     if (next) take_next();
     return !gradient.is_valid() || update_gradient(q, raise);
   }
+  void take_next();
 
  private:
-  void take_next();
   bool update_gradient(const double* q, bool raise);
 };
 

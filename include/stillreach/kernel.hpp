@@ -30,6 +30,7 @@ struct Kernel {
   void (*pose_distances)(const double* actual, const double* wanted, long count, const double* asked, bool along_pose,
                          double* off);
   void (*set_fault)(ControllerState& c, int joint, const Fault& fault);
+  void (*bound_correction)(ControllerState& c);
   void (*tick)(ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory,
                Answer& out);
   void (*rollout)(ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages,
@@ -81,6 +82,7 @@ inline Kernel make_kernel() {
   k.pose_distances = [](const double* actual, const double* wanted, long count, const double* asked, bool along_pose,
                         double* off) { pose_distances(actual, wanted, count, asked, along_pose, off); };
   k.set_fault = [](ControllerState& c, int joint, const Fault& fault) { set_fault(c, joint, fault); };
+  k.bound_correction = [](ControllerState& c) { bound_correction(c); };
   k.tick = [](ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory,
               Answer& out) {
     Workspace w = make_workspace(c.arm.n, c.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);

@@ -104,6 +104,7 @@ namespace front {
 // The core behind the door.
 #if defined(STILLREACH_DISPATCH)
 inline bool read_rigid(const double* T, double* pose) { return kernel().read_pose(T, pose); }
+inline void choose_correction(ControllerState& s) { kernel().bound_correction(s); }
 inline std::size_t doubles(int n) { return kernel().workspace_doubles(n, false); }
 inline std::size_t ints(int n) { return kernel().workspace_ints(n); }
 inline std::size_t bytes(int n) { return kernel().workspace_bytes(n); }
@@ -112,6 +113,7 @@ inline ArmView aligned(int n, const JointKind* kinds, const double* placements, 
 }
 #else
 inline bool read_rigid(const double* T, double* pose) { return read_pose(T, pose); }
+inline void choose_correction(ControllerState& s) { bound_correction(s); }
 inline std::size_t doubles(int n) { return workspace_doubles(n, false); }
 inline std::size_t ints(int n) { return workspace_ints(n); }
 inline std::size_t bytes(int n) { return workspace_bytes(n); }
@@ -194,13 +196,15 @@ class Arm {
 // Settings of a controller, as those of the Python package.
 struct Options {
   LawSettings law = least_error();
-  std::vector<int> rows = {0, 1, 2, 3, 4, 5};                // of [v; w], ascending
-  bool tool_axes = false;                                    // rows along the tool's axes
-  double period = 0.001;                                     // [s]
-  double track_gain = 2.0;                                   // [1/s]
-  double track_linear = kNoLimit, track_angular = kNoLimit;  // largest correction [m/s], [rad/s]
-  double return_rate = 0.0;                                  // [rad/s, m/s] at which joints outside their limits return
-  double transition_rate = 2.0;                              // [1/s] at which the null motion fades in after a fault
+  std::vector<int> rows = {0, 1, 2, 3, 4, 5};  // of [v; w], ascending
+  bool tool_axes = false;                      // rows along the tool's axes
+  double period = 0.001;                       // [s]
+  double track_gain = 2.0;                     // [1/s]
+  // Largest correction [m/s], [rad/s]; below 0, both: the fastest that a working joint alone can move and turn the
+  // tool.
+  double track_linear = -1.0, track_angular = -1.0;
+  double return_rate = 0.0;      // [rad/s, m/s] at which joints outside their limits return
+  double transition_rate = 2.0;  // [1/s] at which the null motion fades in after a fault
   NullMotionKind null_motion = NullMotionKind::NONE;
   double null_gain = 1.0, null_largest = kNoLimit;
   std::vector<double> null_vector = {};  // n: rates or posture, where the null motion needs one
@@ -235,6 +239,7 @@ class Controller {
     s.return_rate = options_.return_rate;
     s.transition_rate = options_.transition_rate;
     s.track_gain = options_.track_gain;
+    s.track_automatic = options_.track_linear < 0.0;
     s.track_linear = options_.track_linear;
     s.track_angular = options_.track_angular;
     s.null_kind = options_.null_motion;
@@ -255,6 +260,7 @@ class Controller {
       s.constant_bounds = s.constant_bounds && endless;
     }
     s.faults = faults_.data();
+    front::choose_correction(s);
     nothing_.assign(count, std::nan(""));
     answer_.rates = rates_.data();
     answer_.residual = residual_.data();
@@ -274,7 +280,8 @@ class Controller {
         return "rows: ascending indices from 0 to 5";
     if (!positive(o.period)) return "period: a time above 0 s";
     if (!(o.track_gain >= 0.0 && o.track_gain < HUGE_VAL)) return "track_gain: at least 0 /s";
-    if (!(o.track_linear >= 0.0 && o.track_angular >= 0.0)) return "track_linear, track_angular: at least 0";
+    if ((o.track_linear >= 0.0) != (o.track_angular >= 0.0) || std::isnan(o.track_linear + o.track_angular))
+      return "track_linear, track_angular: both at least 0, or both below 0";
     if (!(o.return_rate >= 0.0 && o.return_rate < HUGE_VAL)) return "return_rate: at least 0";
     if (!(o.transition_rate >= 0.0 && o.transition_rate < HUGE_VAL)) return "transition_rate: at least 0 /s";
     if (o.null_motion == NullMotionKind::GRADIENT) return "null_motion: RATES with the gradient's rates at each tick";
@@ -328,6 +335,7 @@ class Controller {
       state_.closing[i] = static_cast<std::int8_t>(state_.closing[i] | CLOSING_RATE);
     }
     state_.bounds_stand = 0;
+    front::choose_correction(state_);
     return true;
   }
 

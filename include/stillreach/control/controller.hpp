@@ -14,6 +14,7 @@ STILLREACH_BEGIN
 inline void set_fault(ControllerState& c, int joint, const Fault& fault) {
   c.faults[joint] = fault;
   c.bounds_stand = 0;
+  bound_correction(c);
   if (c.closing) c.closing[joint] = 0;  // a fault goes before an acceleration limit
   if (!(c.transition_rate > 0.0)) return;
   c.transition = 1.0;

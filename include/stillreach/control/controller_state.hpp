@@ -37,11 +37,12 @@ struct ControllerState {
   const double* acceleration;
   double speed = 1.0;  // fraction of the command and of the reference rates; the rate limits already contain it
   const std::int8_t* rotary = nullptr;  // n: 1 where a whole turn leads back to the same pose; or null: no joint
-  double return_rate;      // [rad/s or m/s] at which joints outside their position limits are asked back; 0: not asked
-  double transition_rate;  // [1/s] at which the reference returns from the last rates to the null motion after a fault
-  double track_gain;       // [1/s]
-  double track_linear;     // largest correction [m/s]
-  double track_angular;    // and [rad/s]
+  double return_rate;       // [rad/s or m/s] at which joints outside their position limits are asked back; 0: not asked
+  double transition_rate;   // [1/s] at which the reference returns from the last rates to the null motion after a fault
+  double track_gain;        // [1/s]
+  double track_linear;      // largest correction [m/s]
+  double track_angular;     // and [rad/s]
+  int track_automatic = 0;  // 1: these two follow the joints that work, see bound_correction()
   NullMotionKind null_kind;
   double null_gain;
   double null_largest;        // largest rate that a null motion asks for

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import numpy.typing as npt
 
 from stillreach import _door
@@ -57,7 +56,6 @@ class Controller(ControllerCore):
     __slots__ = (
         "__weakref__",
         "_arm",
-        "_correction",
         "_faults",
         "_law",
         "_limits",
@@ -97,7 +95,6 @@ class Controller(ControllerCore):
         self._track_limits = of.track_limits(track_limits)
         self._null_motion = self._checked_null_motion(null_motion)
         self._faults: dict[int, FaultKind] = {}
-        self._correction = (np.inf, np.inf)
         self._settings = {
             "period": _door.positive("period", period),
             "return_rate": _door.positive("return_rate", return_rate, or_zero=True),
@@ -112,11 +109,11 @@ class Controller(ControllerCore):
             tool_axes=self._task.frame == "tool",
             rotary=_turns_lead_back(arm),
             labels=arm.labels,
+            track_limits=self._track_limits,
             **self._settings,
         )
         self._set_null_motion(*null_motion_settings(self._null_motion, arm.labels))
         self._set_limits(**self._limits.core(), closing=0)
-        self._bound_correction()
 
     @property
     def arm(self) -> Arm:
@@ -177,14 +174,12 @@ class Controller(ControllerCore):
         fault = fault_kind("kind", kind)
         self._set_fault(index, fault.health, *fault.numbers)
         self._faults[index] = fault
-        self._bound_correction()
 
     def restore(self, joint: str | int) -> None:
         """Marks a joint as healthy, from the next tick on; without effect if it is."""
         index = self._arm.joint_index(joint)
         if self._faults.pop(index, None) is not None:
             self._set_fault(index, Health.HEALTHY, 0.0, 0.0)
-            self._bound_correction()
 
     def reset(self, rates: npt.ArrayLike | None = None) -> None:
         """Sets the last commanded rates: (n,) [rad/s, m/s]; None: 0. Faults stay."""
@@ -192,7 +187,7 @@ class Controller(ControllerCore):
 
     def memory(self) -> Any:
         """What the controller knows and did: faults, last rates, transitions. ``recall`` brings it back."""
-        return self._get_state(), dict(self._faults), self._correction
+        return self._get_state(), dict(self._faults)
 
     def recall(self, memory: Any) -> None:
         """Goes on from a ``memory()`` of this controller, or of another with the same settings.
@@ -202,17 +197,16 @@ class Controller(ControllerCore):
         Raises:
             InputError: if the memory is not one of such a controller; nothing is changed.
         """
-        if not (isinstance(memory, tuple) and len(memory) == 3 and isinstance(memory[0], bytes)):
+        if not (isinstance(memory, tuple) and len(memory) == 2 and isinstance(memory[0], bytes)):
             raise InputError("memory", _door.describe(memory), "what memory() of a controller returned")
-        core, faults, correction = memory
+        core, faults = memory
         try:
             self._set_state(core)
         except InputError as error:
             raise InputError(
                 "memory", error.got, f"{error.expected}, of a controller of {self._arm.n} joints"
             ) from None
-        self._faults, self._correction = dict(faults), correction
-        self._set_track_limits(*self._correction)
+        self._faults = dict(faults)
 
     def set_null_motion(self, null_motion: NullMotion | npt.ArrayLike | None) -> None:
         """Another null motion from the next tick on; None for none."""
@@ -273,16 +267,6 @@ class Controller(ControllerCore):
     def _adopt(self, limits: of.Limits, closing: int) -> None:
         self._set_limits(**limits.core(), closing=closing)
         self._limits = limits
-        self._bound_correction()
-
-    def _bound_correction(self) -> None:
-        """Hands on the largest correction; where none was given, what the joints that work can do."""
-        bounds = self._track_limits
-        if bounds is None:
-            rates = self._working_rates(np.max(np.abs(self._limits.velocity), axis=1))
-            bounds = of.swiftest(self._arm, self._task.tool, rates, self._limits.position)
-        self._correction = bounds
-        self._set_track_limits(*bounds)
 
     def __repr__(self) -> str:
         faults = ", ".join(f"{joint} {kind}" for joint, kind in self.faults.items()) or "no faults"

@@ -1,8 +1,7 @@
-"""Limits of a controller: checked, scaled by the speed, and what they say of the largest correction."""
+"""Limits of a controller: checked, and scaled by the speed."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -108,39 +107,6 @@ def track_limits(value: npt.ArrayLike | None) -> tuple[float, float] | None:
         return None
     linear, angular = _door.vector("track_limits", value, 2, allow_inf=True, minimum=0.0)
     return float(linear), float(angular)
-
-
-def swiftest(arm: Arm, tool: FloatArray | None, velocity: FloatArray, position: FloatArray) -> tuple[float, float]:
-    """The largest speeds (linear [m/s], angular [rad/s]) that one joint alone can give the tool, in any pose.
-
-    A joint turns the tool at its rate, and moves it at most at that rate times the length of the links behind it. Where
-    no joint moves the tool in such a way there is no bound.
-
-    Args:
-        arm: the arm.
-        tool: (4, 4) the task's point seen from the arm's tool, or None.
-        velocity: (n,) largest rates; 0 of a joint that has failed.
-        position: (n, 2) position limits.
-    """
-    end = arm.tool if tool is None else arm.tool @ tool
-    links = [*(moving.joint.placement for moving in arm.chain[1:]), end]
-    linear, angular, reach = np.zeros(arm.n), np.zeros(arm.n), 0.0
-    for moving, link in zip(reversed(arm.chain), reversed(links), strict=True):
-        i, factor = moving.leader, abs(moving.factor)
-        reach += float(np.linalg.norm(link[:3, 3]))
-        if moving.joint.kind == "prismatic":
-            linear[i] += _product(factor, velocity[i])
-            reach += _product(factor, float(np.max(np.abs(position[i])))) + abs(moving.offset)
-        else:
-            linear[i] += _product(factor * reach, velocity[i])
-            angular[i] += _product(factor, velocity[i])
-    fastest, most = float(linear.max()), float(angular.max())
-    return fastest or math.inf, most or math.inf
-
-
-def _product(a: float, b: float) -> float:
-    """A times b, where nothing times no limit is nothing."""
-    return float(a * b) if a and b else 0.0
 
 
 def _by_joint(name: str, value: Any, arm: Arm) -> FloatArray:

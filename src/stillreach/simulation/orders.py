@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from stillreach._door import FloatArray
@@ -11,6 +13,37 @@ from stillreach.simulation.scenario import Scenario
 
 LEAST_SHARE = 1e-3
 """Smallest fraction of a step for the chord that gives the direction of a tool at rest."""
+
+
+class Part(NamedTuple):
+    """The commands between two changes of the motion; the last part is the tick at the end.
+
+    Args:
+        first, end: its ticks, the second one not included.
+        twists: (K, 6) at the stages of its steps, as ``Orders.chunk`` has them.
+        poses: (K, 4, 4) [m] target poses there.
+    """
+
+    first: int
+    end: int
+    twists: FloatArray
+    poses: FloatArray
+
+    @property
+    def targets(self) -> FloatArray:
+        """(end - first, 4, 4) [m] the target pose of each of its ticks."""
+        ticks = self.end - self.first
+        return self.poses[:: 2 if len(self.poses) > ticks else 1][:ticks]
+
+
+def parts_of(scenario: Scenario) -> tuple[Part, ...]:
+    """All commands of a scenario, on the clock "time"."""
+    orders, last = Orders(scenario), scenario.steps
+    breaks = sorted({0, *(start for start in scenario.schedule.starts if start < last), last})
+    return tuple(
+        Part(first, end, *map(np.ascontiguousarray, orders.chunk(first, end, last=first == last)))
+        for first, end in zip(breaks, [*breaks[1:], last + 1], strict=True)
+    )
 
 
 def orders_of(scenario: Scenario) -> Orders:

@@ -30,7 +30,7 @@ from stillreach.recordings import Recording
 from stillreach.simulation import Scenario
 from stillreach.simulation.commanded import along_tool, asked, commanded
 from stillreach.simulation.document import check_whole
-from stillreach.simulation.orders import orders_of
+from stillreach.simulation.orders import Part, parts_of
 from stillreach.simulation.progress import Progress
 from stillreach.simulation.record import empty_record
 from stillreach.simulation.schedule import Change, break_joints, fault_changes, tell
@@ -130,19 +130,9 @@ OVER = 1e-9
 """Relative; a rate this much beyond its bounds is rounding."""
 
 
-@dataclass(frozen=True)
-class _Part:
-    """The commands of one part of the motion."""
-
-    first: int
-    end: int
-    twists: FloatArray
-    frames: FloatArray | None
-
-
 def targets(scenario: Scenario) -> FloatArray:
     """(ticks, 4, 4) [m] the commanded poses of a scenario."""
-    return _Course(scenario, 0.0).target
+    return np.concatenate([part.targets for part in parts_of(scenario)])
 
 
 @dataclass(frozen=True)
@@ -159,16 +149,11 @@ class _Course:
 
     def __init__(self, scenario: Scenario, known_after: float) -> None:
         self.scenario, self.ticks, self.n = scenario, scenario.steps + 1, scenario.arm.n
-        orders, plan = orders_of(scenario), scenario.schedule
-        self.stages = orders.stages
-        self.target = np.empty((self.ticks, 4, 4))
-        breaks = sorted({0, *(start for start in plan.starts if start < scenario.steps), scenario.steps})
+        self.parts = parts_of(scenario)
+        self.stages = 2 if scenario.integrator == "rk4" else 1
+        self.target = np.concatenate([part.targets for part in self.parts])
         closed = scenario.loop == "closed"
-        self.parts: list[_Part] = []
-        for first, end in zip(breaks, [*breaks[1:], self.ticks], strict=True):
-            twists, poses = orders.chunk(first, end, last=first == scenario.steps)
-            self.target[first:end] = poses[:: self.stages][: end - first]
-            self.parts.append(_Part(first, end, np.ascontiguousarray(twists), frames(poses) if closed else None))
+        self.frames = {part.first: frames(part.poses) if closed else None for part in self.parts}
         plant = scenario.plant
         assert isinstance(plant, KinematicPlant)
         faults = scenario.faults
@@ -237,13 +222,14 @@ class _Worker:
                 break_joints(plant, changes.get(a, ()))
             part = next(part for part in course.parts if part.first <= a < part.end)
             last = a == course.scenario.steps
+            given = course.frames[part.first]
             from_, to = course.stages * (a - part.first), course.stages * (b - part.first)
             rows = slice(from_, to + (course.stages == 2 and not last))
             rows = slice(0, 1) if last else rows
             self.controller.rollout(
                 q,
                 part.twists[rows],
-                None if part.frames is None else part.frames[rows],
+                None if given is None else given[rows],
                 integrator=course.scenario.integrator,
                 advance=not last,
                 plant=plant,
@@ -263,7 +249,7 @@ def _outside(record: Mapping[str, np.ndarray], first: int) -> tuple[int, int]:
     return (first + int(ticks[0]), int(np.argmax(out[ticks[0]]))) if len(ticks) else (-1, -1)
 
 
-def _pieces(first: int, until: int, breaks: list[int], parts: list[_Part]) -> Iterator[tuple[int, int]]:
+def _pieces(first: int, until: int, breaks: list[int], parts: Sequence[Part]) -> Iterator[tuple[int, int]]:
     """Ranges of ticks without a change of faults or motion."""
     cuts = sorted({first, until, *breaks, *(part.first for part in parts if first < part.first < until)})
     return pairwise(cuts)
