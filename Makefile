@@ -8,13 +8,14 @@ CMAKE := PATH="$(CURDIR)/$(BIN):$$PATH" cmake
 # The wheel is built where the C++ tests are: the kernels are compiled once for both.
 SHARED := -C build-dir=build/cpp -C build.targets=_core_stub -C cmake.define.STILLREACH_PYTHON=ON
 SOURCES := $(shell find src include bindings dispatch cmake -name __pycache__ -prune -o -print) CMakeLists.txt pyproject.toml LICENSE README.md
+PAGE_SOURCES := $(shell find page -name node_modules -prune -o -type f -print)
 LINTED := $(wildcard src tests examples bench scripts docs conanfile.py)
-CPP_LINTED := $(shell find include bindings dispatch tests bench -name "*.?pp" -o -name "*.cu")
+CPP_LINTED := $(shell find include bindings dispatch tests bench page/core -name "*.?pp" -o -name "*.cu")
 
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test bench track bench-peers why instructions lint cpp-test pytest wheel wheels docs dev format requirements clean help check-tools
+.PHONY: demo test bench track bench-peers why instructions lint cpp-test pytest wheel wheels page wasm docs dev format requirements clean help check-tools
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -72,6 +73,13 @@ wheel: $(STAMPS)/all $(STAMPS)/wheel  ## build the wheel and install it into .ve
 wheels: $(STAMPS)/wheel  ## build the wheels to give away into dist/ and try each with every Python; ARGS="--help" for more
 	$(BIN)/python scripts/wheels.py $(ARGS)
 
+page: $(STAMPS)/page  ## build the program of the live page (with Node.js)
+
+wasm: check-tools  ## compile the controller of the live page to WebAssembly
+	$(PYTHON) -m venv build/zig
+	build/zig/bin/pip install -q --no-compile `grep ^ziglang requirements/wheels.txt | cut -d' ' -f1`
+	build/zig/bin/python scripts/wasm.py
+
 docs: $(STAMPS)/docs $(STAMPS)/wheel  ## build the documentation site into build/docs
 	$(BIN)/python -m sphinx -q -W --keep-going -b html docs build/docs
 	@echo "Open build/docs/index.html."
@@ -90,11 +98,12 @@ requirements: check-tools  ## pin the newest versions of everything
 	$(PIP_COMPILE) -c requirements/test.txt -o requirements/build.txt requirements/build.in
 	$(PIP_COMPILE) -c requirements/test.txt -o requirements/docs.txt requirements/docs.in
 	$(PIP_COMPILE) -o requirements/wheels.txt requirements/wheels.in
+	$(PIP_COMPILE) -o requirements/page.txt requirements/page.in
 	$(PIP_COMPILE) -o requirements/peers.txt requirements/peers.in pyproject.toml
 	sed -i 's/+cpu / /' requirements/peers.txt
 
 clean:  ## remove everything that was made; your own runs in out/ stay
-	rm -rf .venv .venv-peers build dist out/paper out/demo .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-peers build dist page/node_modules src/stillreach/page/dist out/paper out/demo .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	rmdir out 2>/dev/null || true
 	find src tests examples -name __pycache__ -prune -exec rm -rf {} +
 
@@ -125,7 +134,12 @@ $(STAMPS)/robots: requirements/robots.txt $(STAMPS)/venv
 	$(BIN)/pip install -q --no-compile --no-deps -r $<
 	touch $@
 
-$(STAMPS)/wheel: $(SOURCES) $(STAMPS)/build | check-tools
+$(STAMPS)/page: $(PAGE_SOURCES) $(STAMPS)/venv
+	@echo "building the program of the live page"
+	sh scripts/page.sh
+	touch $@
+
+$(STAMPS)/wheel: $(SOURCES) $(STAMPS)/build $(STAMPS)/page | check-tools
 	@echo "building the wheel and installing it into .venv"
 	rm -rf build/wheel
 	$(BIN)/pip wheel -q --no-deps --no-build-isolation --wheel-dir build/wheel $(SHARED) .

@@ -159,6 +159,16 @@ class MissingExtraError(StillreachError, ImportError):
         return f"{self.purpose} needs an optional part: pip install 'stillreach[{self.extra}]'"
 
 
+class PageNotBuiltError(StillreachError, ImportError):
+    """The program of the live page is missing: this installation was built without Node.js at hand."""
+
+    def __str__(self) -> str:
+        return (
+            "the live page needs its program, which this installation was built without: install a wheel that has it, "
+            "or run 'make page' in the sources and install them again"
+        )
+
+
 class SimulationInterrupted(StillreachError, KeyboardInterrupt):
     """Ctrl-C ended a simulation; nothing that was computed is lost.
 

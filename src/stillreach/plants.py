@@ -84,10 +84,14 @@ class KinematicPlant(Plant):
         """Whether joints do what they are told and positions are measured exactly, faults aside."""
         return not (self.lag or self.dead_time or self.resolution or self.noise)
 
+    def settings(self, period: float) -> dict[str, Any]:
+        """What the core reads, for ticks of a period [s]."""
+        follow = -math.expm1(-period / self.lag) if self.lag else 1.0
+        return {"follow": follow, "dead": round(self.dead_time / period), "resolution": self.resolution}
+
     def simulated(self, n: int, period: float) -> SimulatedPlant:
         """Its state for n joints and ticks of a period [s]."""
-        follow = -math.expm1(-period / self.lag) if self.lag else 1.0
-        return SimulatedPlant(n, follow=follow, dead=round(self.dead_time / period), resolution=self.resolution)
+        return SimulatedPlant(n, **self.settings(period))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -37,6 +37,7 @@ LAYERS = (
     {"simulation"},
     {"recordings"},
     {"tolerance"},
+    {"page"},
     {"show"},
     {"paper"},
     {"cli", "__main__"},
@@ -48,6 +49,7 @@ ALLOWED = {
     ("arm", "inverse", "inverse"),
     *((layer, "plot", "show") for layer in ("arm", "simulation", "tolerance")),
     ("tolerance", "html", "show"),
+    *((layer, "page", "page") for layer in ("arm", "simulation")),
 }
 HEADER_LAYERS = ("simd", "linear", "kinematics", "problem", "bounded", "laws", "control", "batch")
 LAST_HEADERS = {"kernel.hpp", "dispatch.hpp", "cuda.hpp", "stillreach.hpp"}  # config.hpp and types.hpp come first

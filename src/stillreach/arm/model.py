@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from stillreach.faults import FaultKind
     from stillreach.inverse import Inverse
+    from stillreach.page import Page
     from stillreach.task import Task
 
 
@@ -324,6 +325,20 @@ class Arm(Structure):
 
         at = _door.vector("q", q, self.n, labels=self.labels)
         return arm_picture(self, at, [self.joint_index(joint) for joint in failed])
+
+    def page(self, q: npt.ArrayLike | None = None) -> Page:
+        """A page that runs the controller of this arm in a browser, and in which a click breaks a joint.
+
+        Args:
+            q: (n,) joint values [rad] or [m] to start from, or by joint name; None: far from singularities and limits.
+
+        Raises:
+            InputError: if q is invalid.
+            PageNotBuiltError: if this installation has no program for it.
+        """
+        from stillreach.page import arm_page
+
+        return arm_page(self, q)
 
     def with_limits(
         self,

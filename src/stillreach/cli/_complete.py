@@ -24,6 +24,11 @@ def complete_scenario(incomplete: str) -> list[str]:
     return [*_starting(scenario_names(), incomplete), *_files(incomplete, ("toml",))]
 
 
+def complete_view(incomplete: str) -> list[str]:
+    """Everything that `stillreach view` shows."""
+    return [*complete_robot(incomplete), *complete_scenario(incomplete), *_files(incomplete, ("nc", "npz"))]
+
+
 def complete_law(incomplete: str) -> list[str]:
     """Laws and, after a colon, their settings."""
     laws, variants = law_texts()

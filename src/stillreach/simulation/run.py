@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from stillreach.page import Page
+
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Run(Record):
@@ -87,6 +89,17 @@ class Run(Record):
         from stillreach.show.outcome import outcome
 
         return outcome(self, found)
+
+    def page(self, *others: Run) -> Page:
+        """A page that replays this run in a browser, beside others of the same arm, and goes on live from any moment.
+
+        Raises:
+            InputError: if a run has no ticks, or the arms differ.
+            PageNotBuiltError: if this installation has no program for it.
+        """
+        from stillreach.page import run_page
+
+        return run_page(self, *others)
 
     def to_xarray(self) -> xarray.Dataset:
         """The run as an xarray Dataset with named axes, units and long names (extra ``netcdf``).

@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +27,9 @@ from stillreach.simulation.plausible import goals_beyond_reach, start_outside
 from stillreach.simulation.record import row_bytes
 from stillreach.simulation.schedule import Schedule, schedule_of
 from stillreach.task import Task
+
+if TYPE_CHECKING:
+    from stillreach.page import Page
 
 INTEGRATORS = ("euler", "rk4")
 LOOPS = ("open", "closed")
@@ -172,6 +176,16 @@ class Scenario:
         """
         settings = {name: getattr(self, name) for name in CONTROLLER_SETTINGS}
         return Controller(self.arm, track_gain=self.track_gain, **settings)
+
+    def page(self) -> Page:
+        """A page that plays this scenario in a browser, and in which a click breaks a joint.
+
+        Raises:
+            PageNotBuiltError: if this installation has no program for it.
+        """
+        from stillreach.page import scenario_page
+
+        return scenario_page(self)
 
     @cached_property
     def schedule(self) -> Schedule:
