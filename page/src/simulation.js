@@ -47,12 +47,14 @@ export class Simulation {
     return new Shape("hold", pose, [0, 1, 0], [0, 0, 1], 0, 1, this.tick);
   }
 
-  // Goes on from another state: joints at q, these faults, true and known.
-  goOn(tick, q, faults) {
+  // Goes on from another state: joints at q that moved at these rates, these faults, true and known.
+  goOn(tick, q, rates, faults) {
     this.restart();
     this.tick = tick;
-    this.core.q.set(q);
-    this.ghost.q.set(q);
+    for (const one of [this.core, this.ghost]) {
+      one.q.set(q);
+      one.last.set(rates);
+    }
     this.changes = this.changes.filter((change) => change.tick > tick);
     this.known = this.known.filter((change) => change.tick > tick);
     faults.forEach((fault, joint) => {

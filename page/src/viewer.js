@@ -449,7 +449,7 @@ export class Viewer {
     this.mode = "live";
     this.trailOf = null;
     this.select(this.task.parts.length ? "plan" : "hold");
-    this.send("goOn", { tick: found.tick, q: found.q, faults });
+    this.send("goOn", { tick: found.tick, q: found.q, rates: found.rates, faults });
     this.scene.clear();
     this.plotted = "live";
     this.makePlots();

@@ -61,8 +61,8 @@ const commands = {
   change({ setup }) {
     simulation.change(setup);
   },
-  goOn({ tick, q, faults }) {
-    simulation.goOn(tick, q, faults);
+  goOn({ tick, q, rates, faults }) {
+    simulation.goOn(tick, q, rates, faults);
   },
   // From the beginning with these faults instead of the scenario's own, up to a tick at once.
   play({ changes, known, to, delayed }) {

@@ -71,6 +71,14 @@ inline void move(const ControllerState& c, Plant& plant, const double* q, double
 inline void record_tick(const ControllerState& c, const double* q, const double* seen, const Fault* truth,
                         const Answer& a, long row, const Record& to) {
   const int n = c.arm.n;
+  double pose[12];
+  const double* at = c.pose;
+  bool exact = true;
+  for (int i = 0; i < n; ++i) exact &= seen[i] == q[i];
+  if (!exact && doubt_in(q, n) == 0.0) {  // the tool is where the joints are, not where they are said to be
+    arm_kinematics(c.arm, q, c.scratch, pose, static_cast<double*>(nullptr));
+    at = pose;
+  }
   for (int i = 0; i < n; ++i) {
     to.q[row * n + i] = q[i];
     to.measured[row * n + i] = seen[i];
@@ -81,7 +89,7 @@ inline void record_tick(const ControllerState& c, const double* q, const double*
     to.known[row * n + i] = static_cast<std::int8_t>(c.faults[i].health);
     to.active[row * n + i] = active_reason(a.active[i], c.lower_reason[i], c.upper_reason[i]);
   }
-  write_pose(c.pose, to.pose + row * 16);
+  write_pose(at, to.pose + row * 16);
   for (int r = 0; r < 6; ++r) {
     double e = c.command[r];
     for (int i = 0; i < n; ++i) e = madd(-c.jacobian[6 * i + r], a.rates[i], e);

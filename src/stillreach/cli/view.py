@@ -49,11 +49,11 @@ def view(
     out: Annotated[Path | None, typer.Option(help="Output folder; by default out/NAME.")] = None,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Write the page, and do not open it.")] = False,
 ) -> None:
-    """Make a page that runs the controller: break a joint by a click and watch the arm go on.
+    """Make a page in which a click breaks a joint.
 
-    Writes view.html, one file that needs neither network nor server, and opens it in the browser. Of an arm it moves
-    the tool as you like; of a scenario or a recording it plays the motion and the faults; runs are replayed, two or
-    more side by side, and go on live from any moment.
+    Writes view.html, one file that runs the controller and needs neither network nor server, and opens it. Of an arm
+    it moves the tool as you like; of a scenario or a recording it plays the motion and the faults; runs are replayed,
+    two or more side by side, and go on live from any moment.
     """
     from stillreach.cli._records import folder_for
     from stillreach.cli._terminal import console, note

@@ -117,8 +117,6 @@ class _Simulation:
             record=rows,
             **(self.plant.chunk(ticks) if self.plant else {}),
         )
-        if self.plant and self.plant.measures_badly:
-            rows["pose"][:] = self.scenario.task_pose(rows["q"])
 
     def run(self, *, interrupted: bool = False) -> Run:
         """The run with the ticks computed so far."""
@@ -143,7 +141,6 @@ class _Plant:
         self._n, self._noise = n, plant.noise
         self._random = np.random.default_rng(plant.seed)
         self._core = plant.simulated(n, period)
-        self.measures_badly = bool(plant.noise or plant.resolution)
 
     def change_faults(self, plan: Schedule, tick: int) -> None:
         """The true faults that begin or end at a tick."""

@@ -158,7 +158,6 @@ class _Course:
         assert isinstance(plant, KinematicPlant)
         faults = scenario.faults
         self.has_plant = not plant.exact or known_after > 0.0 or any(fault.known_after for fault in faults)
-        self.measures_badly = bool(plant.noise or plant.resolution)
         self.noise: FloatArray | None = None
         if plant.noise:
             self.noise = np.random.default_rng(plant.seed).normal(0.0, plant.noise, (self.ticks, self.n))
@@ -236,8 +235,6 @@ class _Worker:
                 noise=None if course.noise is None or plant is None else course.noise[a:b],
                 record={name: self.record[name][a:b] for name in self.rows},
             )
-        if plant and course.measures_badly:
-            self.record["pose"][first:until] = course.scenario.task_pose(self.record["q"][first:until])
 
 
 def _outside(record: Mapping[str, np.ndarray], first: int) -> tuple[int, int]:

@@ -3,7 +3,6 @@
 import json
 import re
 import shlex
-import shutil
 import sys
 import xml.etree.ElementTree as ET
 from dataclasses import replace
@@ -18,6 +17,7 @@ from stillreach.null_motions import Centring
 from stillreach.plants import KinematicPlant
 from stillreach.simulation.commanded import deviation
 from stillreach.tolerance import Cause
+from tests.browser import chromium
 from tests.commands import run_command
 
 PANDA = sr.arms.panda()
@@ -386,7 +386,7 @@ def test_the_page_opens_in_a_browser_without_errors_and_requests(desk):
     found.page(desk / "page.html", "--recording drive.csv --robot panda.urdf")
     errors, requests = [], []
     with playwright.sync_playwright() as library:
-        browser = _chromium(library)
+        browser = chromium(library)
         page = browser.new_page()
         page.on("console", lambda message: errors.append(message.text))
         page.on("pageerror", lambda error: errors.append(str(error)))
@@ -399,17 +399,6 @@ def test_the_page_opens_in_a_browser_without_errors_and_requests(desk):
         browser.close()
     assert errors == []
     assert [url for url in requests if not url.startswith(("file:", "data:"))] == []
-
-
-def _chromium(library):
-    """Playwright's own browser, or the system's; without either the test is skipped."""
-    for path in (None, shutil.which("chromium")):
-        try:
-            return library.chromium.launch(executable_path=path)
-        except Exception as error:
-            if "Executable doesn't exist" not in str(error):
-                raise
-    pytest.skip("no Chromium: apt-get install chromium, or playwright install chromium")
 
 
 def test_the_pictures_of_a_page_are_well_formed():

@@ -1,0 +1,222 @@
+"""The page in a real browser: what is done to it reaches the controller, whose state is what is asserted."""
+
+import os
+
+import numpy as np
+import pytest
+
+import stillreach as sr
+from stillreach.errors import PageNotBuiltError
+from tests.browser import chromium
+
+pytestmark = pytest.mark.xdist_group("browser")
+SHARE = 1 if os.environ.get("STILLREACH_FULL") else 0.02
+STATE = """() => {
+  const { latest, frames, mode } = stillreach.viewer;
+  const plain = ([name, value]) => [name, ArrayBuffer.isView(value) ? Array.from(value) : value];
+  const lists = Object.fromEntries(Object.entries(latest).map(plain));
+  return { ...lists, frames, mode };
+}"""
+
+
+@pytest.fixture(scope="module")
+def browser():
+    playwright = pytest.importorskip("playwright.sync_api", reason="pip install playwright")
+    with playwright.sync_playwright() as library:
+        opened = chromium(library)
+        yield opened
+        opened.close()
+
+
+class Opened:
+    """A page from a file, and everything that it said and asked for."""
+
+    def __init__(self, browser, path, **settings):
+        self.tab = browser.new_page(**settings)
+        self.said, self.asked = [], []
+        self.tab.on("console", lambda message: self.said.append(message.text))
+        self.tab.on("pageerror", lambda error: self.said.append(str(error)))
+        self.tab.on("request", lambda request: self.asked.append(request.url))
+        self.tab.goto(path)
+        self.tab.evaluate("() => stillreach.ready.then(() => 1)")
+        self.wait("stillreach.viewer.frames > 3 && stillreach.viewer.latest")
+
+    def wait(self, condition):
+        self.tab.wait_for_function(f"() => {condition}", timeout=20_000)
+
+    @property
+    def state(self):
+        return self.tab.evaluate(STATE)
+
+    def later(self, seconds=0.3):
+        """The state so much time of the arm later."""
+        now = self.state["time"]
+        self.wait(f"stillreach.viewer.latest.time > {now + seconds}")
+        return self.state
+
+    def close(self):
+        assert self.said == []
+        assert [url for url in self.asked if not url.startswith(("file:", "blob:", "data:"))] == []
+        self.tab.close()
+
+
+@pytest.fixture
+def opened(browser, tmp_path):
+    pages = []
+
+    def show(made, **settings):
+        made.save(tmp_path / "page.html")
+        pages.append(Opened(browser, (tmp_path / "page.html").as_uri() + settings.pop("query", ""), **settings))
+        return pages[-1]
+
+    yield show
+    for page in pages:
+        page.close()
+
+
+def page_of(what):
+    try:
+        return what.page()
+    except PageNotBuiltError as missing:
+        pytest.skip(str(missing))
+
+
+def still_where_it_broke(page, joint):
+    """A locked joint has the rate 0 and does not move, and the tool goes on within its tolerance."""
+    page.wait(f"stillreach.viewer.latest.known[{joint}] === 1")
+    before, after = page.state, page.later()
+    for state in (before, after):
+        assert state["rates"][joint] == 0.0
+        assert state["off"][0] < 0.02
+    assert after["q"][joint] == before["q"][joint]
+    assert np.count_nonzero(np.array(after["rates"])) == len(after["rates"]) - sum(map(bool, after["health"]))
+
+
+@pytest.mark.parametrize("query", ["", "?flat"])
+def test_a_click_on_a_joint_and_on_the_list_each_lock_it(opened, query):
+    page = opened(page_of(sr.arms.snake(9)), query=query)
+    kind = page.tab.evaluate("() => stillreach.viewer.scene.turns === undefined")
+    assert kind == (query == "")
+    page.tab.mouse.click(*page.tab.evaluate("() => stillreach.viewer.pixel(4)"))
+    still_where_it_broke(page, 4)
+    page.tab.locator("button.joint").nth(2).click()
+    still_where_it_broke(page, 2)
+    assert "locked" in page.tab.locator(".status").inner_text()
+    page.tab.locator("button.joint").nth(4).click()
+    page.wait("stillreach.viewer.latest.known[4] === 0")
+    assert page.later()["rates"][4] != 0.0
+
+
+def test_the_controls_reach_the_controller(opened):
+    page = opened(page_of(sr.arms.panda()))
+    tab = page.tab
+    limit = sr.arms.panda().velocity_limits
+    np.testing.assert_allclose(page.state["upper"], np.minimum(limit, page.state["upper"]))
+    tab.locator("label.limits input").fill("0.1")
+    page.later(0.1)
+    assert np.all(np.array(page.later(0.1)["upper"]) <= 0.1 * limit * (1 + 1e-12))
+    tab.locator("label.limits input").fill("1")
+    tab.locator("select.law").select_option(label="pseudoinverse")
+    page.later(0.1)
+    tab.locator("select.null").select_option(label="back to the start posture")
+    page.later(0.1)
+    tab.locator("button.play").click()
+    tick = page.state["tick"]
+    tab.wait_for_timeout(200)
+    paused = page.state["tick"]
+    assert paused - tick < 60
+    tab.locator("button.step").click()
+    page.wait(f"stillreach.viewer.latest.tick === {paused + 1}")
+    tab.locator("select.kind").select_option(label="derated: at 30 % of its speed")
+    tab.locator("button.joint").nth(1).click()
+    page.wait("stillreach.viewer.latest.health[1] === 2")
+    tab.locator("button.reset").click()
+    page.wait("stillreach.viewer.latest.tick === 0 && stillreach.viewer.latest.health[1] === 0")
+
+
+def test_a_fault_is_known_after_its_delay(opened):
+    page = opened(page_of(sr.arms.panda()))
+    page.tab.locator("section.joints input[type=range]").fill("8")  # never
+    page.tab.locator("button.joint").nth(3).click()
+    page.wait("stillreach.viewer.latest.health[3] === 1")
+    state = page.later()
+    assert state["known"][3] == 0
+    assert "does not know of panda_joint4" in page.tab.locator(".status").inner_text()
+    assert page.later()["q"][3] == state["q"][3]
+
+
+def test_keys_alone(opened):
+    page = opened(page_of(sr.arms.panda()))
+    page.tab.keyboard.press("5")
+    still_where_it_broke(page, 4)
+    page.tab.keyboard.press("h")
+    page.wait("stillreach.viewer.latest.known[4] === 0")
+    page.tab.keyboard.press(" ")
+    page.wait("!stillreach.viewer.playing")
+    page.tab.keyboard.press("r")
+    page.wait("stillreach.viewer.latest.tick === 0")
+    page.tab.keyboard.press("s")
+    page.wait("stillreach.viewer.latest.tick === 1")
+    reached = set()
+    for _ in range(40):
+        page.tab.keyboard.press("Tab")
+        reached.add(page.tab.evaluate("() => document.activeElement.className || document.activeElement.tagName"))
+    assert {"joint", "play", "kind", "law", "motion", "scene"} <= reached
+
+
+def test_a_run_is_replayed_and_gone_on_from(opened):
+    scenario = sr.Scenario.load("panda-elbow")
+    run = sr.simulate(scenario, progress=False)
+    page = opened(page_of(run))
+    assert page.state["mode"] == "replay"
+    page.tab.locator("input.time").fill("3")
+    page.wait("stillreach.viewer.latest.tick === 300")
+    np.testing.assert_allclose(page.state["q"], run.q[300], atol=1e-6)
+    assert page.state["health"] == run.health[300].tolist()
+    page.tab.locator("button.go-on").click()
+    page.wait("stillreach.viewer.mode === 'live' && stillreach.viewer.latest.tick > 310")
+    state = page.state
+    assert state["known"][3] == 1
+    tick = min(state["tick"], scenario.steps)
+    # a new controller, which has just heard of the fault: its spare freedom begins anew
+    np.testing.assert_allclose(state["q"], run.q[tick], atol=2e-3)
+    assert state["off"][0] < 2e-3
+    page.tab.locator("button.back").click()
+    page.wait("stillreach.viewer.mode === 'replay'")
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 800), (1920, 1080), (390, 844)])
+def test_nothing_overflows_or_overlaps(opened, width, height):
+    run = sr.simulate(sr.Scenario.load("panda-elbow"), progress=False)
+    page = opened(page_of(run), viewport={"width": width, "height": height})
+    wide, covered = page.tab.evaluate(
+        """() => {
+          const parts = [...document.querySelectorAll("header, .stage, .transport, .plots, .panel")];
+          const boxes = parts.map((part) => part.getBoundingClientRect());
+          const across = (a, b) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1;
+          const along = (a, b) => Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 1;
+          const covered = boxes.filter((a, i) => boxes.some((b, j) => i < j && across(a, b) && along(a, b)));
+          return [document.documentElement.scrollWidth, covered.length];
+        }"""
+    )
+    assert wide <= width
+    assert covered == 0
+
+
+def test_an_hour_at_full_speed_keeps_its_memory(opened):
+    """3.6 million ticks and 5,000 frames with STILLREACH_FULL=1, a fiftieth of both without."""
+    page = opened(page_of(sr.arms.panda()))
+    ticks, frames = 3_600_000 * SHARE, 5_000 * SHARE
+    session = page.tab.context.new_cdp_session(page.tab)
+    page.tab.evaluate("() => stillreach.viewer.send('speed', { value: 4000 })")
+    heap, memory = [], set()
+    for part in range(1, 11):
+        made = f"latest.tick > {part * ticks / 10} && frames > {part * frames / 10}"
+        page.tab.wait_for_function(
+            f"() => {{ const {{ latest, frames }} = stillreach.viewer; return {made} }}", timeout=600_000
+        )
+        session.send("HeapProfiler.collectGarbage")
+        heap.append(session.send("Runtime.getHeapUsage")["usedSize"])
+        memory.add(page.state["memory"])
+    assert len(memory) == 1
+    assert heap[-1] < 1.05 * heap[1] + 300_000
