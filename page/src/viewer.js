@@ -10,6 +10,7 @@ import { angleOf, flags, lengthOf, number, status, valueOf } from "./words.js";
 const NULL_TAIL = 3; // kind, gain, largest rate, before n numbers of it, n bytes and 5 n limits: see setup.hpp
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 const MOTION_WORDS = { plan: "the task's motion", hold: "hold still", line: "line", circle: "circle", eight: "figure eight", drag: "follow the pointer" };
+const AFTER = 1; // [s] that a task goes on after its end before it is paused
 const STATE_SIGN = ["●", "■", "◐", "▲", "◇", "▶"]; // by health: shape as well as colour
 
 const THEMES = {
@@ -66,7 +67,8 @@ export class Viewer {
     this.box.append(make("header", {}, make("h1", {}, task.title), this.sentence), make("main", {}, left, right));
     this.startScene();
     this.follow();
-    addEventListener("keydown", (event) => this.key(event));
+    const hears = document.body.classList.contains("app") ? window : this.box; // a page around it keeps its own keys
+    hears.addEventListener("keydown", (event) => this.key(event));
     new ResizeObserver(() => this.resize()).observe(stage);
     new ResizeObserver(() => this.plots?.forEach((plot) => plot.size())).observe(this.plotBoxes[0]);
     this.resize();
@@ -463,15 +465,29 @@ export class Viewer {
     this.makePlots();
   }
 
-  // A case of a rehearsal: from a second before its onset.
-  play(changes, known, delayed) {
-    const onset = Math.min(...changes.map((change) => change.tick));
+  // A case of a rehearsal: from a second before its onset. told(worst): the largest distance and angle from there on.
+  play({ changes, known, delayed, onset }, told) {
     this.mode = "live";
     this.select("plan");
     this.scene.clear();
     this.plots.forEach((plot) => plot.clear());
+    this.case = { onset, told, worst: [0, 0], begun: false };
     this.send("play", { changes, known, delayed, to: Math.max(0, onset - Math.round(1 / this.task.period)) });
     this.run(true);
+  }
+
+  // The case that is played: the largest errors so far, and at its end what came of it.
+  followCase(found) {
+    const { task } = this, played = this.case;
+    if (!played) return;
+    if (!played.begun) {
+      played.begun = found.tick <= played.onset || found.truth.some((fault) => fault.health);
+      return;
+    }
+    if (found.tick > played.onset && !found.ended) played.worst = played.worst.map((worst, k) => Math.max(worst, found.worst[k]));
+    if (!found.ended) return;
+    this.case = null;
+    played.told(played.worst, task.steps);
   }
 
   // ---------------------------------------------------------------- frames
@@ -480,7 +496,11 @@ export class Viewer {
     this.waiting = false;
     if (this.mode !== "live") return;
     this.latest = found;
+    this.followCase(found);
     this.show(found);
+    const over = found.ended && found.time > (this.task.steps + 1) * this.task.period + AFTER;
+    if (over && !this.over) this.run(false);
+    this.over = over;
     const share = (i) => (this.task.limits[i] ? (100 * Math.abs(found.rates[i])) / (this.task.limits[i] * this.share) : 0);
     this.plots[0].add(found.time, [1000 * found.worst[0]]);
     this.plots[1].add(found.time, Array.from({ length: this.n }, (_, i) => share(i)));

@@ -121,11 +121,11 @@ def run_page(*runs: Run) -> Page:
 def page_of(scenario: Scenario, *, planned: bool, replays: Sequence[tuple[dict[str, Any], list[str]]] = ()) -> Page:
     """A page, from its parts."""
     parts = page_parts(scenario, planned=planned, replays=replays)
-    built = {name: _built(name) for name in BUILT}
+    files = {name: built(name) for name in BUILT}
     return Page(
-        Template(built["page.html"]).substitute(
+        Template(files["page.html"]).substitute(
             title=html.escape(printable(scenario.title)),
-            css=built["page.css"],
+            css=files["page.css"],
             **parts,
         )
     )
@@ -153,10 +153,10 @@ def page_parts(
             **(more or {}),
         }
     )
-    return {"document": document, "block": block, "core": _built("core.b64"), "script": _built("page.js")}
+    return {"document": document, "block": block, "core": built("core.b64"), "script": built("page.js")}
 
 
-def _built(name: str) -> str:
+def built(name: str) -> str:
     """A file of the page's program."""
     path = resources.files("stillreach.page") / "dist" / name
     if not path.is_file():

@@ -79,8 +79,8 @@ def task_of(scenario: Scenario, *, planned: bool) -> tuple[dict[str, Any], list[
             {"first": part.first, "end": part.end, "twists": part.twists, "poses": _upper(part.poses)}
             for part in (parts_of(scenario) if planned else ())
         ],
-        "changes": _changes(plan.changes) if planned else [],
-        "known": _changes(plan.known) if planned else [],
+        "changes": changes_of(plan.changes) if planned else [],
+        "known": changes_of(plan.known) if planned else [],
         "asked": asked(task).ravel(),
         "rows": list(task.indices),
         "alongTool": along_tool(task),
@@ -205,7 +205,8 @@ def _kinds(scenario: Scenario) -> list[dict[str, Any]]:
     return found
 
 
-def _changes(changes: Mapping[int, Sequence[Change]]) -> list[dict[str, Any]]:
+def changes_of(changes: Mapping[int, Sequence[Change]]) -> list[dict[str, Any]]:
+    """Changes of faults by tick, in a row."""
     found = []
     for tick in sorted(changes):
         for joint, kind in changes[tick]:

@@ -11,10 +11,14 @@ import numpy as np
 
 from stillreach._core import instruction_set
 from stillreach._words import joined
-from stillreach.errors import MissingExtraError
+from stillreach.errors import MissingExtraError, PageNotBuiltError
+from stillreach.page import built, page_parts
+from stillreach.page.task import changes_of
+from stillreach.plants import KinematicPlant
 from stillreach.show.arm3d import stations
 from stillreach.show.heat import colour, columns, heading, legend
 from stillreach.simulation import simulate
+from stillreach.simulation.schedule import fault_changes
 from stillreach.tolerance.cause import WORDS, Cause
 from stillreach.tolerance.failures import KINDS
 
@@ -59,8 +63,18 @@ def rehearsal_page(found: Rehearsal, source: str) -> str:
         pictures=list(_pictures(found, source)),
         cells=json.dumps([cell for made in maps for cell in made.cells]).replace("</", "<\\/"),
         facts=_how(found, source),
+        live=_live(found),
         css=(folder / "rehearsal.css").read_text(encoding="utf-8"),
     )
+
+
+def _live(found: Rehearsal) -> dict[str, str] | None:
+    """The live arm of the page; None where this installation has no program for it."""
+    try:
+        parts = page_parts(found.scenario, planned=True)
+    except PageNotBuiltError:
+        return None
+    return {**parts, "style": built("page.css")}
 
 
 class _Cell(NamedTuple):
@@ -121,6 +135,24 @@ def _told(found: Rehearsal, place: Place, source: str) -> dict[str, Any]:
         "when": f"fails at {found.onset[place[2]]:.3g} s",
         "what": what,
         "command": found.command(place, source),
+        "play": _played(found, place),
+        "allowed": [float(limit) if np.isfinite(limit) else None for limit in found.limits],
+        "survives": cause == Cause.SURVIVES,
+    }
+
+
+def _played(found: Rehearsal, place: Place) -> dict[str, Any]:
+    """A case as the live arm plays it."""
+    scenario, failures = found.scenario, found.failures
+    faults = [*scenario.faults, *failures.faults(scenario, place, found.q[place[2]])]
+    true, known = fault_changes(scenario, faults)
+    delayed = bool(failures.known_after) or any(fault.known_after for fault in scenario.faults)
+    plant = scenario.plant
+    return {
+        "onset": int(failures.ticks[place[2]]),
+        "changes": changes_of(true),
+        "known": changes_of(known),
+        "delayed": delayed or not (isinstance(plant, KinematicPlant) and plant.exact),
     }
 
 

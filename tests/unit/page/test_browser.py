@@ -1,6 +1,7 @@
 """The page in a real browser: what is done to it reaches the controller, whose state is what is asserted."""
 
 import os
+import re
 
 import numpy as np
 import pytest
@@ -183,6 +184,24 @@ def test_a_run_is_replayed_and_gone_on_from(opened):
     assert state["off"][0] < 2e-3
     page.tab.locator("button.back").click()
     page.wait("stillreach.viewer.mode === 'replay'")
+
+
+def test_a_cell_of_a_rehearsal_is_played_to_the_error_that_is_stored(opened):
+    found = sr.tolerance.rehearse(
+        sr.Scenario.load("panda-elbow"), kinds=["locked"], onsets=[0.5, 1.0], known_after=0.03
+    )
+    page_of(sr.arms.panda())  # is there a program to play it?
+    page = opened(type("Made", (), {"save": staticmethod(found.page)}))
+    page.tab.evaluate("() => stillreach.viewer.send('speed', { value: 20 })")
+    page.tab.locator("rect.cell").nth(0).click()
+    page.wait("document.getElementById('case-played').textContent.startsWith('Played here: up to')")
+    distance, angle = re.search(
+        r"up to ([\d.e+-]+) mm and ([\d.e+-]+) deg off", page.tab.locator("#case-what").inner_text()
+    ).groups()
+    played = page.tab.locator("#case-played").inner_text()
+    assert re.fullmatch(r"Played here: up to ([\d.e+-]+) mm and ([\d.e+-]+) deg off\.", played)
+    numbers = list(map(float, re.findall(r"[\d.]+(?:e[+-]\d+)?(?= )", played)))
+    np.testing.assert_allclose(numbers, [float(distance), float(angle)], rtol=6e-3)
 
 
 @pytest.mark.parametrize(("width", "height"), [(1280, 800), (1920, 1080), (390, 844)])

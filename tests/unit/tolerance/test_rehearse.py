@@ -398,7 +398,7 @@ def test_the_page_opens_in_a_browser_without_errors_and_requests(desk):
         assert page.locator("rect.cell").count() == 7 * 12 * 2
         browser.close()
     assert errors == []
-    assert [url for url in requests if not url.startswith(("file:", "data:"))] == []
+    assert [url for url in requests if not url.startswith(("file:", "blob:", "data:"))] == []
 
 
 def test_the_pictures_of_a_page_are_well_formed():
