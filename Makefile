@@ -15,14 +15,15 @@ CPP_LINTED := $(shell find include bindings dispatch tests bench page/core -name
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test bench track bench-peers why instructions lint cpp-test pytest wheel wheels page wasm docs dev format requirements clean help check-tools
+.PHONY: demo test bench track bench-peers why instructions lint cpp-test pytest wheel wheels page film wasm docs dev format requirements clean help check-tools
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
-demo: $(STAMPS)/all $(STAMPS)/wheel  ## rehearse a Panda into out/demo, reproduce the paper into out/paper
+demo: $(STAMPS)/all $(STAMPS)/wheel  ## a live and a rehearsed Panda into out/demo, reproduce the paper into out/paper
+	-$(BIN)/stillreach view panda --no-browser --out out/demo
 	$(BIN)/python examples/08_rehearse.py out/demo
 	$(BIN)/stillreach paper --out out/paper
-	@echo "Open out/demo/rehearsal.html and out/paper/figure-stillreach.png."
+	@echo "Open out/demo/view.html, out/demo/rehearsal.html and out/paper/figure-stillreach.png."
 	@echo "The command is $(BIN)/stillreach; after '. $(BIN)/activate' the shell finds it as stillreach."
 
 test: lint cpp-test pytest  ## lint, C++ tests (also under sanitizers), Python tests on the installed wheel
@@ -74,6 +75,9 @@ wheels: $(STAMPS)/wheel  ## build the wheels to give away into dist/ and try eac
 	$(BIN)/python scripts/wheels.py $(ARGS)
 
 page: $(STAMPS)/page  ## build the program of the live page (with Node.js)
+
+film: dev  ## film the live page into docs/images/live.webp (needs Chromium)
+	$(BIN)/python scripts/moving_picture.py
 
 wasm: check-tools  ## compile the controller of the live page to WebAssembly
 	$(PYTHON) -m venv build/zig
