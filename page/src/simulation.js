@@ -32,6 +32,7 @@ export class Simulation {
     this.truth = Array.from({ length: core.n }, () => NO_FAULT);
     this.trail = [];
     this.worst = [0, 0];
+    this.case = null;
     this.motion = task.parts.length ? new Plan(task) : this.still(Float64Array.from(task.startPose));
     this.planned = task.parts.length > 0;
     this.changed();
@@ -134,6 +135,9 @@ export class Simulation {
     for (let t = 0; t < count; ++t) {
       this.worst[0] = Math.max(this.worst[0], core.off[2 * t]);
       this.worst[1] = Math.max(this.worst[1], core.off[2 * t + 1]);
+      const { case: played } = this, tick = this.tick + t;
+      if (played && tick >= played.onset && tick <= task.steps)
+        for (const k of [0, 1]) played.worst[k] = Math.max(played.worst[k], core.off[2 * t + k]);
       if ((this.tick + t) % every) continue;
       const at = 16 * t;
       if (this.trail.length > 6000) this.trail.splice(0, 3000);
@@ -187,6 +191,7 @@ export class Simulation {
       taskError: core["record.task_error"][row],
       off: [core.off[2 * row], core.off[2 * row + 1]],
       worst: this.worst,
+      case: this.case && { ...this.case, worst: this.case.worst.slice() },
       trail: Float32Array.from(this.trail),
       relative: core.relative.slice(),
       costs: core.costs.slice(),

@@ -471,23 +471,17 @@ export class Viewer {
     this.select("plan");
     this.scene.clear();
     this.plots.forEach((plot) => plot.clear());
-    this.case = { onset, told, worst: [0, 0], begun: false };
-    this.send("play", { changes, known, delayed, to: Math.max(0, onset - Math.round(1 / this.task.period)) });
+    this.case = { id: (this.case?.id ?? 0) + 1, told };
+    this.send("play", { changes, known, delayed, onset, id: this.case.id, to: Math.max(0, onset - Math.round(1 / this.task.period)) });
     this.run(true);
   }
 
-  // The case that is played: the largest errors so far, and at its end what came of it.
+  // Tells what came of the case that is played, at its end.
   followCase(found) {
-    const { task } = this, played = this.case;
-    if (!played) return;
-    if (!played.begun) {
-      played.begun = found.tick <= played.onset || found.truth.some((fault) => fault.health);
-      return;
-    }
-    if (found.tick > played.onset && !found.ended) played.worst = played.worst.map((worst, k) => Math.max(worst, found.worst[k]));
-    if (!found.ended) return;
-    this.case = null;
-    played.told(played.worst, task.steps);
+    const played = this.case;
+    if (!played?.told || !found.ended || found.case?.id !== played.id) return;
+    played.told(found.case.worst);
+    played.told = null;
   }
 
   // ---------------------------------------------------------------- frames

@@ -65,8 +65,9 @@ const commands = {
     simulation.goOn(tick, q, rates, faults);
   },
   // From the beginning with these faults instead of the scenario's own, up to a tick at once.
-  play({ changes, known, to, delayed }) {
+  play({ changes, known, to, delayed, onset, id }) {
     simulation.restart();
+    simulation.case = { id, onset, worst: [0, 0] };
     simulation.changes = changes.slice();
     simulation.known = known.slice();
     simulation.delayed = delayed;

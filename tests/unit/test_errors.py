@@ -12,6 +12,7 @@ ALL = [
     errors.RobotFileError("path", "'x'", "one of a, b", "arm.urdf", 12, "joint 'elbow'", ["a", "b"]),
     errors.MissingExtraError("netcdf", "run.save()"),
     errors.SimulationInterrupted({"rows": 3}),
+    errors.PageNotBuiltError(),
     errors.ScenarioFileError(
         "run.toml", [errors.Mistake("faults[1].joint", "'j44'", "j1 … j11", "did you mean 'j4'?", 7)]
     ),
