@@ -4,7 +4,8 @@ import uPlot from "uplot";
 
 const WINDOW = 20; // [s] of live plots
 const MOST = 2400; // points
-const TITLE = 20, LEGEND = 24; // [px]
+const TITLE = 20, LEGEND = 24; // [px], a line of the legend
+const ONE_LINE = 420; // [px] of width that hold it
 
 function axes(colours, units) {
   const line = { stroke: colours.soft, grid: { stroke: colours.grid, width: 1 }, ticks: { stroke: colours.grid, width: 1 }, font: "11px system-ui", labelFont: "11px system-ui" };
@@ -61,7 +62,7 @@ export class Plot {
   }
 
   height() {
-    return Math.max(this.box.clientHeight - TITLE - (this.legend ? LEGEND : 0), 80);
+    return Math.max(this.box.clientHeight - TITLE - (this.legend ? LEGEND * (this.box.clientWidth < ONE_LINE ? this.series.length : 1) : 0), 80);
   }
 
   size() {

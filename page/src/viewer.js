@@ -166,7 +166,7 @@ export class Viewer {
 
   transport() {
     const button = (text, label, action, name) => make("button", { type: "button", ariaLabel: label, title: label, className: name, onclick: action }, text);
-    this.playButton = button("❚❚", "pause (space)", () => this.run(!this.playing), "play");
+    this.playButton = button("▶", "play (space)", () => this.run(!this.playing), "play");
     const [speedRow] = slider("speed", { min: 0, max: SPEEDS.length - 1, step: 1, value: 3, shown: (k) => `× ${SPEEDS[k]}` }, (k) => {
       this.pace = SPEEDS[k];
       this.send("speed", { value: this.pace });

@@ -122,10 +122,10 @@ def test_the_controls_reach_the_controller(opened):
     tab.locator("select.null").select_option(label="back to the start posture")
     page.later(0.1)
     tab.locator("button.play").click()
-    tick = page.state["tick"]
-    tab.wait_for_timeout(200)
+    page.wait("stillreach.viewer.latest.running === false")
     paused = page.state["tick"]
-    assert paused - tick < 60
+    tab.wait_for_timeout(200)
+    assert page.state["tick"] == paused
     tab.locator("button.step").click()
     page.wait(f"stillreach.viewer.latest.tick === {paused + 1}")
     tab.locator("select.kind").select_option(label="derated: at 30 % of its speed")
@@ -238,4 +238,4 @@ def test_an_hour_at_full_speed_keeps_its_memory(opened):
         heap.append(session.send("Runtime.getHeapUsage")["usedSize"])
         memory.add(page.state["memory"])
     assert len(memory) == 1
-    assert heap[-1] < 1.05 * heap[1] + 300_000
+    assert heap[-1] < 1.05 * heap[1] + (0 if SHARE == 1 else 3_000_000)  # in a short one the plots still fill
