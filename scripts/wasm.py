@@ -10,7 +10,8 @@ CORE = ROOT / "page" / "core"
 WASM, MADE_OF = CORE / "controller.wasm", CORE / "made-of.sha256"
 TARGET = ["-target", "wasm32-wasi", "-mexec-model=reactor", "-std=c++17", "-fno-exceptions", "-fno-rtti", "-s"]
 SPEED = ["-O3", "-msimd128", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off"]
-FLAGS = [*TARGET, *SPEED]
+STACK = ["-Wl,-z,stack-size=524288"]
+FLAGS = [*TARGET, *SPEED, *STACK]
 
 
 def made_of() -> str:

@@ -165,8 +165,12 @@ EXPORT(distances) void distances(int ticks, int stages, int along_pose) {
                    page.off + 2 * t);
 }
 
-// What the arm can do, as of the last tick.
-EXPORT(look) void look() { look_into(page.state, page.rates, page.workspace, page.insight); }
+// What the arm can do, as of the last tick: by its true faults, known or not. They are the plant's.
+EXPORT(look) void look() {
+  ControllerState state = page.state;
+  state.faults = const_cast<Fault*>(page.plant.faults);
+  look_into(state, page.rates, page.workspace, page.insight);
+}
 
 // Addresses of what JavaScript reads and writes, in the order of memory.js.
 EXPORT(address) const void* address(int which) {

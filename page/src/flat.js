@@ -89,12 +89,15 @@ export class Flat {
     }
     const width = Math.max(3, 0.03 * this.size * this.scale());
     if (shown.ghost && found.ghost) this.line(stations(this.arm, found.ghost).points, colours.ghost, 0.7 * width);
-    const { points } = stations(this.arm, found.q);
+    const { points, axes } = stations(this.arm, found.q);
+    const reach = 2.2 * thickness(points);
     this.points = points;
+    this.drums = axes.map((axis, k) => [-1, 1].map((sign) => points[k + 1].map((x, r) => x + sign * reach * axis[r])));
     this.line(points, colours.link, width);
     this.arm.chain.forEach((link, k) => {
-      const state = found.health[link.joint];
-      this.dot(points[k + 1], 0.8 * width, state ? colours.health[state] : colours.joint, state ? 5 : 0);
+      const state = found.health[link.joint], colour = state ? colours.health[state] : colours.joint;
+      this.line(this.drums[k], colour, 1.2 * width);
+      if (state) this.dot(points[k + 1], 1.1 * width, colour, 5);
     });
     const { target } = found;
     this.dot([target[3], target[7], target[11]], 0.6 * width, colours.target, 0);
@@ -108,11 +111,18 @@ export class Flat {
     return this.points[link + 1];
   }
 
+  handles(joint) {
+    return this.arm.chain.flatMap((link, k) => (link.joint === joint ? [...this.drums[k], this.points[k + 1]] : []));
+  }
+
+  // The joint whose drum is nearest to a pixel, or -1.
   pick(x, y) {
-    let best = 18, found = -1;
+    let best = 14, found = -1;
     this.arm.chain.forEach((link, k) => {
-      const [u, v] = this.project(this.points[k + 1]);
-      const away = Math.hypot(u - x, v - y);
+      const [a, b] = this.drums[k].map((end) => this.project(end));
+      const u = [b[0] - a[0], b[1] - a[1]], length = u[0] * u[0] + u[1] * u[1];
+      const share = length ? Math.max(0, Math.min(1, ((x - a[0]) * u[0] + (y - a[1]) * u[1]) / length)) : 0;
+      const away = Math.hypot(a[0] + share * u[0] - x, a[1] + share * u[1] - y);
       if (away < best) [best, found] = [away, link.joint];
     });
     return found;

@@ -14,7 +14,7 @@ export function make(tag, attributes = {}, ...children) {
 export function choice(label, options, onchange, attributes = {}) {
   const select = make("select", { ...attributes, onchange: () => onchange(select.value) });
   for (const [value, text] of options) select.append(make("option", { value }, text));
-  return [make("label", { className: "row" }, make("span", {}, label), select), select];
+  return [make("label", { className: "row wide" }, make("span", {}, label), select), select];
 }
 
 export function slider(label, { min, max, step, value, shown }, oninput) {

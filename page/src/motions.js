@@ -1,6 +1,6 @@
 // What the target does: the plan of a scenario or a recording, or a motion of the page's own about a pose.
-// fill(core, tick, ticks, stages, period) writes twists and targets (4 x 4, row by row) and returns how many ticks it
-// has commands for.
+// fill(core, tick, ticks, stages, period) writes twists and targets (4 x 4, row by row) and returns the number of ticks
+// that they are for. save() returns the state of a motion, which restore() takes back.
 
 // Rows of a plan, 3 x 4 each, as a scenario or a recording made them; after its end the target stands still.
 export class Plan {
@@ -28,10 +28,13 @@ export class Plan {
     }
     return count;
   }
+
+  save() {}
+
+  restore() {}
 }
 
-// Offsets from the centre as a function of an angle that grows with time; each begins at 0 and with a velocity along
-// the plane of the screen, x to the right.
+// Offsets from the start as functions of an angle, x to the right and y up.
 const SHAPES = {
   hold: () => [0, 0],
   line: (s, a) => [s * Math.sin(a), 0],
@@ -40,31 +43,44 @@ const SHAPES = {
 };
 export const OWN = Object.keys(SHAPES);
 
-// A shape in a plane through a pose: right and up are unit vectors in base axes.
+// Writes a target and the velocity of its point.
+function write(core, k, pose, point, velocity) {
+  core.targets.set(pose, 16 * k);
+  for (let r = 0; r < 3; ++r) {
+    core.targets[16 * k + 4 * r + 3] = point[r];
+    core.twists[6 * k + r] = velocity[r];
+    core.twists[6 * k + 3 + r] = 0;
+  }
+}
+
+// A shape in a plane through a pose: right and up are unit vectors in base axes. Speed and size change within a second.
 export class Shape {
-  constructor(kind, pose, right, up, size, seconds, firstTick) {
-    Object.assign(this, { kind, pose: Float64Array.from(pose), right, up, size, seconds, firstTick, closed: true });
-    this.stages = 1;
+  constructor(kind, pose, right, up, size, seconds) {
+    Object.assign(this, { kind, right, up, size, seconds, closed: true, stages: 1, angle: 0, pace: 0, grown: size });
+    this.pose = Float64Array.from(pose);
   }
 
-  point(tick, period) {
-    const time = (tick - this.firstTick) * period;
-    const eased = time < 1 ? 0.5 * time * time : time - 0.5; // sets off within a second
-    const [x, y] = SHAPES[this.kind](this.size, (2 * Math.PI * eased) / this.seconds);
+  save() {
+    return [this.angle, this.pace, this.grown];
+  }
+
+  restore([angle, pace, grown]) {
+    Object.assign(this, { angle, pace, grown });
+  }
+
+  point() {
+    const [x, y] = SHAPES[this.kind](this.grown, this.angle);
     return [0, 1, 2].map((r) => this.pose[4 * r + 3] + x * this.right[r] + y * this.up[r]);
   }
 
   fill(core, tick, ticks, stages, period) {
-    let here = this.point(tick, period);
     for (let k = 0; k < ticks; ++k) {
-      const next = this.point(tick + k + 1, period);
-      for (let r = 0; r < 3; ++r) {
-        core.twists[6 * k + r] = (next[r] - here[r]) / period;
-        core.twists[6 * k + 3 + r] = 0;
-      }
-      core.targets.set(this.pose, 16 * k);
-      for (let r = 0; r < 3; ++r) core.targets[16 * k + 4 * r + 3] = here[r];
-      here = next;
+      const here = this.point();
+      this.pace += Math.min(1, 3 * period) * ((2 * Math.PI) / this.seconds - this.pace);
+      this.grown += Math.min(1, 3 * period) * (this.size - this.grown);
+      this.angle += this.pace * period;
+      const next = this.point();
+      write(core, k, this.pose, here, next.map((x, r) => (x - here[r]) / period));
     }
     return ticks;
   }
@@ -74,20 +90,25 @@ export class Shape {
 export class Drag {
   constructor(pose, speed) {
     Object.assign(this, { pose: Float64Array.from(pose), speed, closed: true, stages: 1 });
-    this.goal = [3, 7, 11].map((k) => pose[k]);
+    this.at = [3, 7, 11].map((k) => pose[k]);
+    this.goal = this.at;
+  }
+
+  save() {
+    return this.at;
+  }
+
+  restore(at) {
+    this.at = at;
   }
 
   fill(core, tick, ticks, stages, period) {
     for (let k = 0; k < ticks; ++k) {
-      core.targets.set(this.pose, 16 * k);
-      const way = this.goal.map((x, r) => x - this.pose[4 * r + 3]);
+      const way = this.goal.map((x, r) => x - this.at[r]);
       const length = Math.hypot(...way);
       const share = length > 0 ? Math.min(1, (this.speed * period) / length, 8 * period) : 0;
-      for (let r = 0; r < 3; ++r) {
-        core.twists[6 * k + r] = (share * way[r]) / period;
-        core.twists[6 * k + 3 + r] = 0;
-        this.pose[4 * r + 3] += share * way[r];
-      }
+      write(core, k, this.pose, this.at, way.map((x) => (share * x) / period));
+      this.at = this.at.map((x, r) => x + share * way[r]);
     }
     return ticks;
   }

@@ -8,8 +8,9 @@ const text = (id) => document.getElementById(id).textContent;
 async function begin() {
   const [block, core] = await Promise.all([inflate(text("stillreach-block")), inflate(text("stillreach-core"))]);
   const data = unpack(text("stillreach-document"), block);
-  data.task.changes = data.task.changes.map(numbered);
-  data.task.known = data.task.known.map(numbered);
+  for (const task of data.tasks)
+    for (const list of ["changes", "known"]) task[list] = task[list].map(numbered);
+  for (const run of data.runs) run.faults = run.faults.map(numbered);
   return new Viewer(document.getElementById("viewer"), data, await WebAssembly.compile(core));
 }
 

@@ -264,13 +264,26 @@ export class Solid {
     return this.body.points[link + 1];
   }
 
+  // Points on the drums of a joint, from their ends on.
+  handles(joint) {
+    const points = [];
+    this.arm.chain.forEach((link, k) => {
+      if (link.joint !== joint) return;
+      for (const share of [0.45, -0.45, 0.3, -0.3, 0]) points.push(new Vector3(0, share, 0).applyMatrix4(this.body.drums[k].matrixWorld).toArray());
+    });
+    return points;
+  }
+
   aim(x, y) {
     this.ray.setFromCamera(new Vector2((2 * x) / this.canvas.clientWidth - 1, 1 - (2 * y) / this.canvas.clientHeight), this.camera);
   }
 
-  // The joint at a pixel, or -1; "goal" where the target is nearer.
+  // The joint at a pixel, or -1; "goal" for the target. What one sees there counts first, then what is near.
   pick(x, y) {
     this.aim(x, y);
+    const { drums } = this.body;
+    const seen = this.ray.intersectObjects([...drums.filter((drum) => drum.visible), this.goal])[0];
+    if (seen) return seen.object === this.goal ? "goal" : this.arm.chain[drums.indexOf(seen.object)].joint;
     const near = this.ray.intersectObjects([...this.targets, this.goal]).sort((a, b) => this.away(a, x, y) - this.away(b, x, y))[0];
     if (!near) return -1;
     return near.object === this.goal ? "goal" : this.arm.chain[this.targets.indexOf(near.object)].joint;

@@ -13,7 +13,6 @@ export class Simulation {
     this.core = new Core(module);
     this.ghost = new Core(module);
     this.setup = Float64Array.from(task.setup);
-    this.delayed = task.hasPlant;
     this.restart();
   }
 
@@ -27,12 +26,14 @@ export class Simulation {
       one.fullRates.set(task.fullRates);
     }
     this.tick = 0;
+    this.place = 0; // in the plan [ticks]: behind `tick` where the motion waits for the arm
     this.changes = task.changes.slice();
     this.known = task.known.slice();
     this.truth = Array.from({ length: core.n }, () => NO_FAULT);
     this.trail = [];
     this.worst = [0, 0];
     this.case = null;
+    this.delayed = task.hasPlant;
     this.motion = task.parts.length ? new Plan(task) : this.still(Float64Array.from(task.startPose));
     this.planned = task.parts.length > 0;
     this.changed();
@@ -45,13 +46,13 @@ export class Simulation {
   }
 
   still(pose) {
-    return new Shape("hold", pose, [0, 1, 0], [0, 0, 1], 0, 1, this.tick);
+    return new Shape("hold", pose, [0, 1, 0], [0, 0, 1], 0, 1);
   }
 
   // Goes on from another state: joints at q that moved at these rates, these faults, true and known.
   goOn(tick, q, rates, faults) {
     this.restart();
-    this.tick = tick;
+    this.tick = this.place = tick;
     for (const one of [this.core, this.ghost]) {
       one.q.set(q);
       one.last.set(rates);
@@ -110,8 +111,8 @@ export class Simulation {
       let count = Math.min(left, CHUNK);
       for (const list of [this.changes, this.known])
         if (list.length) count = Math.min(count, list[0].tick - this.tick);
-      const stages = this.planned ? task.stages : 1;
-      count = this.motion.fill(core, this.tick, count, stages, task.period);
+      const stages = this.planned ? task.stages : 1, waits = this.planned && task.waits;
+      count = this.motion.fill(core, waits ? Math.round(this.place) : this.tick, waits ? 1 : count, stages, task.period);
       const noisy = this.planned && task.noise !== null && task.noise.length >= (this.tick + count) * core.n;
       if (noisy) core.noise.set(task.noise.subarray(this.tick * core.n, (this.tick + count) * core.n));
       ghost.twists.set(core.twists);
@@ -124,6 +125,7 @@ export class Simulation {
       this.remember(count);
       if (onChunk) onChunk(core, count);
       this.tick += count;
+      this.place += waits ? core["record.scale"][0] : count;
       left -= count;
       this.moved = true;
     }
@@ -152,14 +154,14 @@ export class Simulation {
     if (this.moved) return this.take();
     if (this.seen) return { ...this.seen, trail: new Float32Array(0) };
     const { core, task } = this;
-    const memory = new Uint8Array(core.exports.memory.buffer), before = memory.slice(), drag = this.motion.pose?.slice();
-    this.motion.fill(core, this.tick, 1, 1, task.period);
+    const memory = new Uint8Array(core.exports.memory.buffer), before = memory.slice(), motion = this.motion.save();
+    this.motion.fill(core, Math.round(this.place), 1, 1, task.period);
     core.exports.run(1, 1, 0, this.motion.closed ? 1 : 0, this.delayed ? 1 : 0, 0);
     core.exports.distances(1, 1, task.alongTool ? 1 : 0);
     this.row = 0;
     this.seen = this.take();
     memory.set(before);
-    if (drag) this.motion.pose.set(drag);
+    this.motion.restore(motion);
     return this.seen;
   }
 

@@ -19,50 +19,60 @@ export function valueOf(value, unit, rate = false) {
   return rate ? `${text}/s` : text;
 }
 
-const AXES = ["along x", "along y", "along z", "about x", "about y", "about z"];
+const AXES = ["x", "y", "z"];
+const SMALL = 0.25; // parts of a direction below this share of its largest one are left out
 
-// A direction of the tool in words: "motion along z", "rotation about (0.71, 0, 0.71)".
+// "z", or "(0.71, 0, 0.71)"; the largest component is positive.
+function axis(part) {
+  const size = Math.max(...part.map(Math.abs));
+  const main = part.findIndex((x) => Math.abs(x) === size);
+  if (part.every((x, r) => r === main || Math.abs(x) <= SMALL * size)) return AXES[main];
+  return `(${part.map((x) => number(Math.sign(part[main]) * (Math.abs(x) < 0.005 ? 0 : x), 2)).join(", ")})`;
+}
+
+// A direction of the tool, six numbers: "motion along z", "rotation about (0.71, 0, 0.71)", or both.
 export function direction(twist) {
-  const size = Math.max(...twist.map(Math.abs));
-  const main = twist.findIndex((x) => Math.abs(x) === size);
-  const others = twist.filter((x, r) => r !== main && Math.abs(x) > 0.25 * size);
-  const what = main < 3 ? "motion" : "rotation";
-  if (!others.length) return `${what} ${AXES[main]}`;
-  const part = twist.slice(main < 3 ? 0 : 3, main < 3 ? 3 : 6);
-  const sign = Math.sign(twist[main]) || 1;
-  const inPlace = others.every((x) => Array.from(part).includes(x));
-  const axis = Array.from(part, (x) => number(sign * x, 2)).join(", ");
-  return `${what} ${main < 3 ? "along" : "about"} (${axis})${inPlace ? "" : ", combined with the other kind"}`;
+  const v = Array.from(twist.slice(0, 3)), w = Array.from(twist.slice(3, 6));
+  const [moves, turns] = [v, w].map((part) => Math.max(...part.map(Math.abs)));
+  const parts = [];
+  if (moves > SMALL * turns) parts.push(`motion along ${axis(v)}`);
+  if (turns > SMALL * moves) parts.push(`rotation about ${axis(w)}`);
+  return parts.join(" with ");
 }
 
 function list(names) {
   return names.length < 2 ? names.join("") : `${names.slice(0, -1).join(", ")} and ${names[names.length - 1]}`;
 }
 
-// What is broken, what that costs, and what the next loss would.
+const row = (array, k) => array.subarray(6 * k, 6 * k + 6);
+
+// What is broken, what that costs, and what the next loss would cost. Costs are those of the true faults.
 export function status(found, task) {
   const names = task.arm.joints.map((joint) => joint.name);
   const { health } = task.words;
-  const failed = names.map((name, i) => ({ name, i })).filter(({ i }) => found.health[i] !== 0);
-  const unknown = failed.filter(({ i }) => found.health[i] !== found.known[i]);
-  const said = failed.map(({ name, i }) => `${name} ${health[found.health[i]]}`);
-  const parts = [said.length ? list(said) : "All joints work"];
-  if (unknown.length) parts.push(`the controller does not know of ${list(unknown.map(({ name }) => name))}`);
-  if (found.lost) parts.push(`the tool has lost ${direction(Array.from(found.direction.subarray(0, 6)))}`);
-  else {
-    const rows = task.rows.length === 6 ? "the full pose" : "the task";
-    parts.push(`${rows} is ${failed.length ? "still " : ""}possible`);
-    const critical = names.filter((_, i) => found.costs[i] > 0);
-    if (critical.length) {
-      const worst = names.indexOf(critical[0]);
-      const cost = direction(Array.from(found.cost.subarray(6 * worst, 6 * worst + 6)));
-      const which = critical.length > 3 ? "any of " + critical.length + " joints" : critical.join(" or ");
-      parts.push(`losing ${which} ${failed.length ? "next " : ""}would cost ${cost}`);
-    } else if (task.rows.length) {
-      const working = names.map((_, i) => i).filter((i) => found.known[i] === 0);
-      const least = working.reduce((a, b) => (found.relative[b] < found.relative[a] ? b : a), working[0]);
-      if (least !== undefined) parts.push(`any one more can go; ${names[least]} would be missed most`);
-    }
+  const broken = names.map((_, i) => i).filter((i) => found.health[i] !== 0);
+  const missed = broken.filter((i) => found.known[i] !== found.health[i]).map((i) => names[i]);
+  const mistaken = names.filter((_, i) => found.health[i] === 0 && found.known[i] !== 0);
+  const parts = [broken.length ? list(broken.map((i) => `${names[i]} ${health[found.health[i]]}`)) : "All joints work"];
+  if (missed.length) parts.push(`the controller does not know about ${list(missed)}`);
+  if (mistaken.length) parts.push(`the controller takes ${list(mistaken)} for broken`);
+  const task_ = task.rows.length === 6 ? "the full pose" : "the task";
+  if (found.lost) {
+    const lost = Array.from({ length: found.lost }, (_, k) => direction(row(found.direction, k)));
+    parts.push(`${broken.length ? "the tool has lost" : "in this position the tool cannot do"} ${list(lost)}`);
+    return `${parts.join("; ")}.`;
+  }
+  parts.push(`${task_} is ${broken.length ? "still " : ""}possible`);
+  const critical = names.map((_, i) => i).filter((i) => found.costs[i] > 0);
+  const next = broken.length ? "next " : "";
+  if (critical.length) {
+    const [first, ...others] = critical;
+    const also = others.length ? `; losing ${others.length > 2 ? `any of ${others.length} other joints` : list(others.map((i) => names[i]))} would cost a direction, too` : "";
+    parts.push(`losing ${names[first]} ${next}would cost ${direction(row(found.cost, first))}${also}`);
+  } else {
+    const working = names.map((_, i) => i).filter((i) => found.health[i] === 0);
+    const most = working.reduce((a, b) => (found.relative[b] < found.relative[a] ? b : a), working[0]);
+    if (most !== undefined) parts.push(`any one ${broken.length ? "more " : ""}joint can fail; ${names[most]} would cost most`);
   }
   return `${parts.join("; ")}.`;
 }

@@ -1,6 +1,6 @@
 // The worker: runs the closed loop at its own period, and tells the page what happened whenever that asks for a frame.
 
-import { Drag, Plan, Shape } from "./motions.js";
+import { Drag, Shape } from "./motions.js";
 import { Simulation } from "./simulation.js";
 
 const SLICE = 8; // [ms] at most computed at a time, so that messages are heard
@@ -12,8 +12,6 @@ let running = false;
 let speed = 1;
 let owed = 0; // ticks to be made
 let before = 0;
-let until = Infinity; // tick at which the loop pauses
-let slices = 0;
 
 function loop() {
   const now = performance.now();
@@ -21,28 +19,26 @@ function loop() {
     const { period } = simulation.task;
     const share = Math.min((now - before) / 1000, BEHIND) * speed;
     owed = Math.min(owed + share / period, (BEHIND * speed) / period + 1);
-    while (owed >= 1 && performance.now() - now < SLICE && simulation.tick < until) {
-      const ticks = Math.min(Math.floor(owed), 256, until - simulation.tick);
+    while (owed >= 1 && performance.now() - now < SLICE) {
+      const ticks = Math.min(Math.floor(owed), 256);
       simulation.advance(ticks);
       owed -= ticks;
-      ++slices;
     }
-    if (simulation.tick >= until) running = false;
   } else owed = 0;
   before = now;
   setTimeout(loop, REST);
 }
 
 const commands = {
-  begin({ module, task, run }) {
+  // A task, also instead of another one.
+  begin({ module, task }) {
+    const first = simulation === null;
     simulation = new Simulation(module, task);
-    running = run;
-    before = performance.now();
-    loop();
+    running = false;
+    if (first) loop();
   },
   run({ value }) {
     running = value;
-    until = Infinity;
   },
   step({ ticks }) {
     running = false;
@@ -53,7 +49,6 @@ const commands = {
   },
   restart() {
     simulation.restart();
-    until = Infinity;
   },
   fail({ joint, fault, ticks }) {
     simulation.fail(joint, fault, ticks);
@@ -73,23 +68,23 @@ const commands = {
     simulation.delayed = delayed;
     simulation.advance(to);
     simulation.trail = [];
-    until = Infinity;
   },
-  // The plan, or a motion of the page's own about the tool's pose.
+  // The plan from its beginning, or a motion of the page's own about the tool's pose. Another size or speed of the same
+  // shape changes it where it is.
   motion({ kind, right, up, size, seconds }) {
-    const { task } = simulation;
-    const pose = Float64Array.from(simulation.snapshot().pose);
-    simulation.planned = kind === "plan";
-    simulation.motion =
-      kind === "plan" ? new Plan(task) : kind === "drag" ? new Drag(pose, size) : new Shape(kind, pose, right, up, size, seconds, simulation.tick);
-    if (kind === "plan") simulation.restart();
+    const { motion } = simulation;
+    if (kind === "plan") return simulation.restart();
+    if (motion instanceof Shape && motion.kind === kind) return Object.assign(motion, { size, seconds });
+    const { pose } = simulation.snapshot();
+    simulation.planned = false;
+    simulation.motion = kind === "drag" ? new Drag(pose, size) : new Shape(kind, pose, right, up, size, seconds);
     simulation.changed();
   },
   goal({ point }) {
     if (simulation.motion instanceof Drag) simulation.motion.goal = point;
   },
   frame() {
-    const found = { ...simulation.snapshot(), running, speed, slices };
+    const found = { ...simulation.snapshot(), running, speed };
     postMessage(found);
   },
 };

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
+import numpy as np
+
 from stillreach import _door
 from stillreach._core import SimulatedPlant
 from stillreach._door import FloatArray
@@ -88,6 +90,12 @@ class KinematicPlant(Plant):
         """What the core reads, for ticks of a period [s]."""
         follow = -math.expm1(-period / self.lag) if self.lag else 1.0
         return {"follow": follow, "dead": round(self.dead_time / period), "resolution": self.resolution}
+
+    def errors(self, ticks: int, n: int) -> FloatArray | None:
+        """(ticks, n) what the encoders are off at each tick of a run; None without noise."""
+        if not self.noise:
+            return None
+        return np.random.default_rng(self.seed).normal(0.0, self.noise, (ticks, n))
 
     def simulated(self, n: int, period: float) -> SimulatedPlant:
         """Its state for n joints and ticks of a period [s]."""

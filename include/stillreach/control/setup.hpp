@@ -29,7 +29,8 @@ STILLREACH_INLINE void visit_all(const Value* first, int count, Visit& visit) {
 }
 
 // Visits every setting of a state, each a number, in the order of a setup. What they are stored in belongs to the owner
-// of the state, and is theirs to change.
+// of the state, and is theirs to change. The end, from the null motion on, has a length that depends on n alone: the
+// page combines the null motion of one setup with the rest of another (settings() in panels.js).
 template <class Visit>
 STILLREACH_INLINE void each_setting(ControllerState& s, Visit visit) {
   const SetupHead head = head_of(s);

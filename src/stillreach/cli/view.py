@@ -61,10 +61,12 @@ def view(
     options = {"angle": angle, "topic": topic, "episode": episode, "period": period}
     page = _page(what, robot, tip, base, law, fail or [], options)
     path = folder_for(out, what[0]) / PAGE
-    page.save(path)
+    if no_browser:
+        page.save(path)
+    opened = no_browser or page.open(path)
     console().print(f"wrote {path}", soft_wrap=True)
-    if not (no_browser or page.open(path)):
-        note("stillreach: no browser was found here; open the file in one")
+    if not opened:
+        note("stillreach: no browser found; open the file in one")
 
 
 def _page(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import os
 import webbrowser
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import resources
 from importlib.metadata import version
@@ -24,11 +24,12 @@ from stillreach.arm.limits import sampling_range
 from stillreach.errors import InputError, PageNotBuiltError
 from stillreach.page.pack import pack
 from stillreach.page.replay import replay_of
-from stillreach.page.task import task_of
+from stillreach.page.task import kinematics_of, task_of
 from stillreach.simulation import Run, Scenario
 from stillreach.simulation.motion import ConstantTwist
 
-BUILT = ("page.html", "page.css", "page.js", "core.b64")
+Noted = tuple[dict[str, Any], list[str]]
+"""Data of a page, and notes for its reader."""
 HEIGHT = 760
 """[px] in a notebook."""
 SAMPLES, SEED = 500, 1994
@@ -38,10 +39,10 @@ PERIOD = 0.005
 
 @dataclass(frozen=True, repr=False)
 class Page:
-    """A page as text. A notebook shows it.
+    """A page that a notebook shows.
 
     Args:
-        html: all of it; it needs no other file and no network.
+        html: the whole page; it needs no other file and no network.
     """
 
     html: str
@@ -67,7 +68,7 @@ class Page:
 
 
 def arm_page(arm: Arm, q: Any = None) -> Page:
-    """The page of an arm: it holds its tool still until it is told otherwise.
+    """The page of an arm, whose tool draws a circle.
 
     Args:
         arm: the arm.
@@ -102,7 +103,7 @@ def scenario_page(scenario: Scenario) -> Page:
 
 
 def run_page(*runs: Run) -> Page:
-    """The page of one run or several of one arm: it replays them, and goes on from any moment.
+    """The page of one or more runs of one arm: a replay that continues live from any moment.
 
     Raises:
         InputError: if a run has no ticks, or the arms differ.
@@ -110,49 +111,46 @@ def run_page(*runs: Run) -> Page:
     for run in runs:
         if not len(run):
             raise InputError("run", "no ticks", "a run with at least one tick")
-        if run.joint_names != runs[0].joint_names:
-            raise InputError("runs", "different arms", "runs of one arm")
+    scenarios = list(dict.fromkeys(run.scenario for run in runs))
+    if any(kinematics_of(scenario) != kinematics_of(scenarios[0]) for scenario in scenarios):
+        raise InputError("runs", "different arms or tools", "runs of one arm")
+    replays = [
+        replay_of(run, label, scenarios.index(run.scenario)) for run, label in zip(runs, _labels(runs), strict=True)
+    ]
+    return page_of(*scenarios, planned=True, replays=replays)
+
+
+def _labels(runs: Sequence[Run]) -> list[str]:
+    """What the page calls each run: its title, after a number and its law where titles are the same."""
     titles = [run.scenario.title for run in runs]
-    labels = [title if titles.count(title) == 1 else f"{title} ({k + 1})" for k, title in enumerate(titles)]
-    replays = [replay_of(run, label) for run, label in zip(runs, labels, strict=True)]
-    return page_of(runs[0].scenario, planned=True, replays=replays)
+    if len(set(titles)) == len(runs):
+        return titles
+    return [f"{k}: {run.scenario.law.word}, {run.scenario.title}" for k, run in enumerate(runs, 1) if run.scenario.law]
 
 
-def page_of(scenario: Scenario, *, planned: bool, replays: Sequence[tuple[dict[str, Any], list[str]]] = ()) -> Page:
+def page_of(*scenarios: Scenario, planned: bool, replays: Sequence[Noted] = ()) -> Page:
     """A page, from its parts."""
-    parts = page_parts(scenario, planned=planned, replays=replays)
-    files = {name: built(name) for name in BUILT}
-    return Page(
-        Template(files["page.html"]).substitute(
-            title=html.escape(printable(scenario.title)),
-            css=files["page.css"],
-            **parts,
-        )
-    )
+    parts = page_parts(*scenarios, planned=planned, replays=replays)
+    template = Template(built("page.html"))
+    title = html.escape(printable(scenarios[0].title))
+    return Page(template.substitute(title=title, css=built("page.css"), **parts))
 
 
-def page_parts(
-    scenario: Scenario,
-    *,
-    planned: bool,
-    replays: Sequence[tuple[dict[str, Any], list[str]]] = (),
-    more: Mapping[str, Any] | None = None,
-) -> dict[str, str]:
+def page_parts(*scenarios: Scenario, planned: bool, replays: Sequence[Noted] = ()) -> dict[str, str]:
     """The data and the program of a page: ``document``, ``block``, ``core``, ``script``.
 
     Raises:
-        PageNotBuiltError: if the page's program was not built with this installation.
+        PageNotBuiltError: if this installation was built without the page's program.
     """
-    task, notes = task_of(scenario, planned=planned)
-    document, block = pack(
-        {
-            "version": version("stillreach"),
-            "task": task,
-            "runs": [run for run, _ in replays],
-            "notes": notes + [note for _, own in replays for note in own],
-            **(more or {}),
-        }
-    )
+    tasks = [task_of(scenario, planned=planned) for scenario in scenarios]
+    notes = [note for _, own in (*tasks, *replays) for note in own]
+    data = {
+        "version": version("stillreach"),
+        "tasks": [task for task, _ in tasks],
+        "runs": [run for run, _ in replays],
+        "notes": list(dict.fromkeys(notes)),
+    }
+    document, block = pack(data)
     return {"document": document, "block": block, "core": built("core.b64"), "script": built("page.js")}
 
 

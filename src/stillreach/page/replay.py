@@ -1,4 +1,4 @@
-"""What a page draws of a run: the ticks it needs, in the precision of a screen."""
+"""The data of a run in a page: a sample of its ticks in single precision."""
 
 from __future__ import annotations
 
@@ -6,20 +6,22 @@ from typing import Any
 
 import numpy as np
 
+from stillreach.page.task import number
 from stillreach.simulation import Run
 from stillreach.simulation.commanded import deviation
 
 MOST_ROWS = 6000
 MOST_NUMBERS = 150_000
-"""Of all rows together: with these a run stays below 1 MB, whatever it holds."""
+"""Numbers in all rows together; they keep a run below 1 MB."""
 
 
-def replay_of(run: Run, label: str) -> tuple[dict[str, Any], list[str]]:
-    """A run for ``pack``, thinned where it is long, and what a reader has to know of that.
+def replay_of(run: Run, label: str, task: int = 0) -> tuple[dict[str, Any], list[str]]:
+    """A run for ``pack``, and a note if it is thinned.
 
     Args:
         run: with at least one tick.
         label: what the page calls it.
+        task: index of its scenario among those of the page.
     """
     n, ticks = run.scenario.arm.n, len(run)
     rows = min(ticks, MOST_ROWS, max(2, MOST_NUMBERS // (2 * n + 8)))
@@ -36,6 +38,7 @@ def replay_of(run: Run, label: str) -> tuple[dict[str, Any], list[str]]:
 
     return {
         "label": label,
+        "task": task,
         "tick": kept.astype(np.int32),
         "end": ticks - 1,
         "q": numbers(run.q),
@@ -46,20 +49,20 @@ def replay_of(run: Run, label: str) -> tuple[dict[str, Any], list[str]]:
         "status": run.status[kept],
         "health": run.health[kept],
         "known": run.known[kept],
-        "faults": _numbers_of(run),
+        "faults": _faults_of(run),
     }, notes
 
 
-def _numbers_of(run: Run) -> list[dict[str, Any]]:
-    """The faults of the scenario with their numbers, to go on from a moment."""
-    found = []
-    for fault in run.scenario.faults:
-        first, second = (float(np.clip(number, -1e300, 1e300)) for number in fault.kind.numbers)
+def _faults_of(run: Run) -> list[dict[str, Any]]:
+    """The faults of the scenario with their ticks and numbers."""
+    scenario, found = run.scenario, []
+    for fault in scenario.faults:
+        first, second = map(number, fault.kind.numbers)
         found.append(
             {
-                "joint": run.scenario.arm.joint_index(fault.joint),
-                "first_tick": run.scenario.tick_at(fault.at),
-                "end_tick": run.scenario.steps + 1 if fault.until is None else run.scenario.tick_at(fault.until),
+                "joint": scenario.arm.joint_index(fault.joint),
+                "begin": scenario.tick_at(fault.at),
+                "end": scenario.steps + 1 if fault.until is None else scenario.tick_at(fault.until),
                 "health": int(fault.kind.health),
                 "first": first,
                 "second": second,

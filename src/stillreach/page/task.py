@@ -1,4 +1,4 @@
-"""What a page knows of a task: the arm, the controller as numbers, its other laws, the commands, the faults."""
+"""The data of a task in a page: arm, controller, laws to choose from, commands and faults."""
 
 from __future__ import annotations
 
@@ -9,10 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stillreach._core import STATUS
 from stillreach._door import FloatArray
-from stillreach._labels import TWIST
-from stillreach.arm import Arm
 from stillreach.arm.dexterity import full_rates
 from stillreach.errors import InputError
 from stillreach.laws import LAWS, Law
@@ -33,41 +30,30 @@ NULL_RATE = 0.3
 
 
 def task_of(scenario: Scenario, *, planned: bool) -> tuple[dict[str, Any], list[str]]:
-    """What a page knows of a scenario, for ``pack``, and what it does not, in sentences.
+    """The data of a scenario for ``pack``, and notes about what the page does not compute as a run does.
 
     Args:
         scenario: the scenario.
         planned: whether the page plays its motion and faults; else the arm stands at the start.
     """
-    notes: list[str] = []
-    controller = scenario.controller()
-    if isinstance(scenario.null_motion, Gradient) and callable(scenario.null_motion.gradient):
-        notes.append("The null motion is a Python function, which the page leaves out when it computes.")
-        controller.set_null_motion(None)
-    planned = planned and _playable(scenario, notes)
-    plant = scenario.plant if isinstance(scenario.plant, KinematicPlant) else KinematicPlant()
-    if not isinstance(scenario.plant, KinematicPlant):
-        notes.append("What the page computes moves the arm without inertia; recorded motion had it.")
-    if planned and scenario.clock == "arm":
-        notes.append("The motion waits for the arm; the page takes its commands to the nearest tick.")
-    task = scenario.task
+    task, plan, own = scenario.task, scenario.schedule, scenario.null_motion
     assert task is not None
-    noise = None
-    if planned and plant.noise:
-        random = np.random.default_rng(plant.seed)
-        noise = random.normal(0.0, plant.noise, (scenario.steps + 1, scenario.arm.n))
-    plan = scenario.schedule
+    planned, notes = _playable(scenario) if planned else (False, [])
+    controller = scenario.controller()
+    if _is_function(own):
+        notes.append("The page computes without the null motion, which is a Python function.")
+        controller.set_null_motion(None)
+    plant = scenario.plant if isinstance(scenario.plant, KinematicPlant) else KinematicPlant()
     delays = any(fault.known_after for fault in scenario.faults)
     return {
         "title": scenario.title,
-        "text": scenario.description,
-        "arm": arm_of(scenario.arm, scenario.arm.tool if task.tool is None else scenario.arm.tool @ task.tool),
+        "arm": kinematics_of(scenario),
         "setup": setup_of(controller),
         "laws": list(_laws(scenario)),
         "nullMotions": list(_null_motions(scenario)),
         "plant": plant.settings(scenario.period),
         "hasPlant": not plant.exact or delays,
-        "noise": noise,
+        "noise": plant.errors(scenario.steps + 1, scenario.arm.n) if planned else None,
         "start": scenario.start,
         "startPose": scenario.task_pose(scenario.start),
         "period": scenario.period,
@@ -90,31 +76,18 @@ def task_of(scenario: Scenario, *, planned: bool) -> tuple[dict[str, Any], list[
         "words": {
             "health": [health.name.lower().replace("_", "-") for health in sorted(Health, key=int)],
             "status": [[bit, IN_WORDS[flag]] for flag in IN_WORDS if (bit := int(flag))],
-            "invalid": STATUS["INVALID_INPUT"],
-            "twist": list(TWIST.names),
         },
     }, notes
 
 
-def arm_of(arm: Arm, tool: FloatArray) -> dict[str, Any]:
-    """The arm's kinematics, for a drawing.
-
-    Args:
-        arm: the arm.
-        tool: (4, 4) the task's point in the frame of the last joint [m].
-    """
+def kinematics_of(scenario: Scenario) -> dict[str, Any]:
+    """The arm with the task's tool, for a drawing."""
+    arm, task = scenario.arm, scenario.task
+    tool = arm.tool if task is None or task.tool is None else arm.tool @ task.tool
     return {
         "name": arm.name,
         "reach": min(arm.reach, 1e6),
-        "joints": [
-            {
-                "name": name,
-                "unit": unit,
-                "lower": _finite(low),
-                "upper": _finite(high),
-            }
-            for name, unit, (low, high) in zip(arm.joint_names, arm.joint_units, arm.position_limits, strict=True)
-        ],
+        "joints": [{"name": name, "unit": unit} for name, unit in zip(arm.joint_names, arm.joint_units, strict=True)],
         "chain": [
             {
                 "placement": moving.joint.placement.ravel().tolist(),
@@ -135,16 +108,24 @@ def setup_of(controller: Any) -> FloatArray:
     return np.frombuffer(controller._get_setup())
 
 
-def _playable(scenario: Scenario, notes: list[str]) -> bool:
+def _playable(scenario: Scenario) -> tuple[bool, list[str]]:
+    """Whether the page can compute a motion, and how that differs from a run."""
     if scenario.steps > MOST_TICKS:
-        notes.append(f"Its {scenario.steps:,} ticks are too many to be computed in the page (at most {MOST_TICKS:,}).")
-        return False
+        return False, [f"The page computes at most {MOST_TICKS:,} ticks; this task has {scenario.steps:,}."]
     try:
         check_whole(scenario)
     except InputError:
-        notes.append("Its motion is a Python function that the file does not hold; the page cannot compute it again.")
-        return False
-    return True
+        return False, ["The motion is a Python function, which the file does not contain; the page cannot compute it."]
+    notes = []
+    if not isinstance(scenario.plant, KinematicPlant):
+        notes.append("The page computes an arm without inertia; the recorded motion is one of an arm with inertia.")
+    if scenario.clock == "arm":
+        notes.append("The motion waits for the arm; the page rounds its commands to the nearest tick.")
+    return True, notes
+
+
+def _is_function(motion: Any) -> bool:
+    return isinstance(motion, Gradient) and callable(motion.gradient)
 
 
 def _laws(scenario: Scenario) -> Iterable[dict[str, Any]]:
@@ -174,8 +155,7 @@ def _null_motions(scenario: Scenario) -> Iterable[dict[str, Any]]:
     if np.any(np.all(np.isfinite(scenario.arm.position_limits), axis=1)):
         choices.append(("towards the middle of the ranges", Centring(max_rate=largest)))
     own = scenario.null_motion
-    callable_ = isinstance(own, Gradient) and callable(own.gradient)
-    if isinstance(own, NullMotion) and not callable_:
+    if isinstance(own, NullMotion) and not _is_function(own):
         choices.insert(0, (f"{own.word}, as given", own))
     for label, motion in choices:
         controller = scenario.controller()
@@ -217,8 +197,8 @@ def changes_of(changes: Mapping[int, Sequence[Change]]) -> list[dict[str, Any]]:
                     "tick": tick,
                     "joint": joint,
                     "health": int(health),
-                    "first": _number(first),
-                    "second": _number(second),
+                    "first": number(first),
+                    "second": number(second),
                 }
             )
     return found
@@ -233,6 +213,6 @@ def _finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _number(value: float) -> float | str:
+def number(value: float) -> float | str:
     """A number that may be infinite, as JavaScript's Number() reads it."""
     return float(value) if math.isfinite(value) else "Infinity" if value > 0 else "-Infinity"

@@ -137,9 +137,8 @@ class _Simulation:
 class _Plant:
     """The state of a kinematic plant between two chunks."""
 
-    def __init__(self, plant: KinematicPlant, n: int, period: float) -> None:
-        self._n, self._noise = n, plant.noise
-        self._random = np.random.default_rng(plant.seed)
+    def __init__(self, plant: KinematicPlant, ticks: int, n: int, period: float) -> None:
+        self._noise, self._tick = plant.errors(ticks, n), 0
         self._core = plant.simulated(n, period)
 
     def change_faults(self, plan: Schedule, tick: int) -> None:
@@ -148,8 +147,8 @@ class _Plant:
 
     def chunk(self, ticks: int) -> dict[str, Any]:
         """What a chunk of ticks needs: the plant, and the errors of its encoders."""
-        noise = self._random.normal(0.0, self._noise, (ticks, self._n)) if self._noise else None
-        return {"plant": self._core, "noise": noise}
+        first, self._tick = self._tick, self._tick + ticks
+        return {"plant": self._core, "noise": None if self._noise is None else self._noise[first : self._tick]}
 
 
 class _Moving:
@@ -208,4 +207,4 @@ def _plant(scenario: Scenario) -> _Plant | None:
         return None
     if plant.exact and not any(fault.known_after for fault in scenario.faults):
         return None
-    return _Plant(plant, scenario.arm.n, scenario.period)
+    return _Plant(plant, scenario.steps + 1, scenario.arm.n, scenario.period)

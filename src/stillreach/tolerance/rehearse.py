@@ -158,9 +158,7 @@ class _Course:
         assert isinstance(plant, KinematicPlant)
         faults = scenario.faults
         self.has_plant = not plant.exact or known_after > 0.0 or any(fault.known_after for fault in faults)
-        self.noise: FloatArray | None = None
-        if plant.noise:
-            self.noise = np.random.default_rng(plant.seed).normal(0.0, plant.noise, (self.ticks, self.n))
+        self.noise = plant.errors(self.ticks, self.n)
         task = scenario.task
         assert task is not None
         self.keeps_bounds = not isinstance(scenario.law, Pseudoinverse | SingularityRobust)

@@ -15,7 +15,7 @@ import stillreach as sr
 from stillreach.page.pack import pack
 from stillreach.page.task import task_of
 from stillreach.simulation.record import FIELDS
-from tests.unit.page.cases import ARRAYS, LAWS, WAYS
+from tests.unit.page.cases import ARRAYS, LAWS, START, WAYS
 
 ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "page"
@@ -51,6 +51,29 @@ def test_a_played_task_is_the_run_on_the_baseline_to_the_last_bit(played, law, w
         for field in FIELDS:
             if field.name in ARRAYS:
                 assert (played / f"{name}.{field.name}").read_bytes() == run[field.name].tobytes(), field.name
+
+
+@needs_node
+def test_a_motion_that_waits_for_the_arm_waits_in_the_page_too(tmp_path):
+    line = sr.Line([0.1, 0.1, -0.1], duration=1.0, relative=True)
+    task = sr.Scenario(
+        arm=sr.arms.panda(),
+        start=START,
+        motion=line,
+        clock="arm",
+        duration=4.0,
+        velocity_limits=0.2,
+        law=sr.KeepDirection(),
+    )
+    run = sr.simulate(task, progress=False)
+    assert run.path_time[100] < 0.6  # it does wait
+    document, block = pack({"task": task_of(task, planned=True)[0]})
+    (tmp_path / "waits.json").write_text(document, encoding="utf-8")
+    (tmp_path / "waits.b64").write_text(block, encoding="utf-8")
+    (tmp_path / "names.txt").write_text("waits", encoding="utf-8")
+    node("play.mjs", tmp_path)
+    pose = np.frombuffer((tmp_path / "waits.pose").read_bytes()).reshape(-1, 4, 4)
+    np.testing.assert_allclose(pose[:, :3, 3], run.pose[:, :3, 3], atol=0.002)  # of 173 mm, in open loop
 
 
 def test_the_webassembly_is_made_of_the_headers_as_they_are():

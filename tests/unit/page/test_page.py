@@ -79,7 +79,7 @@ def test_texts_with_markup_are_texts():
     arm = sr.Arm([replace(joint, name=f"{HOSTILE}{k}") for k, joint in enumerate(PANDA.joints)], tool=PANDA.tool)
     text = arm.page(START).html
     document = re.search(r'id="stillreach-document">(.*?)</script>', text, re.DOTALL)[1]
-    assert json.loads(document)["task"]["arm"]["joints"][0]["name"] == HOSTILE + "0"
+    assert json.loads(document)["tasks"][0]["arm"]["joints"][0]["name"] == HOSTILE + "0"
     assert "alert(1)</script>" not in text
     named = replace(sr.Scenario.load("panda-elbow"), name=HOSTILE).page().html
     assert "<script>alert" not in named
@@ -108,7 +108,7 @@ def test_what_the_page_cannot_do_it_says():
     too_long = replace(base, motion=sr.ConstantTwist([0.0] * 6), duration=200.0, period=0.001, faults=())
     task, notes = task_of(too_long, planned=True)
     assert task["parts"] == []
-    assert notes == ["Its 200,000 ticks are too many to be computed in the page (at most 100,000)."]
+    assert notes == ["The page computes at most 100,000 ticks; this task has 200,000."]
     own = replace(base, null_motion=sr.null_motions.Gradient(gradient=lambda q: 0.0 * q))
     assert "Python function" in task_of(own, planned=True)[1][0]
     physical = replace(base, plant=sr.plants.MujocoPlant())
@@ -119,7 +119,7 @@ def test_what_the_page_cannot_do_it_says():
 def test_runs_of_one_arm_alone_are_shown_together():
     run = sr.simulate(sr.Scenario.load("panda-elbow"), progress=False)
     other = sr.simulate(sr.Scenario.load("paper-example-1"), progress=False)
-    with pytest.raises(InputError, match="runs: got different arms, expected runs of one arm"):
+    with pytest.raises(InputError, match="runs: got different arms or tools, expected runs of one arm"):
         run.page(other)
     assert "<iframe srcdoc=" in run.page(run)._repr_html_()
 
@@ -142,12 +142,7 @@ def test_the_command_knows_what_it_is_given(tmp_path):
         assert message in found.err
 
 
-def test_without_its_program_it_says_how_to_get_it(monkeypatch):
-    monkeypatch.setattr(page, "BUILT", ("missing.html",))
-    monkeypatch.setattr(
-        page,
-        "resources",
-        type("None", (), {"files": staticmethod(lambda name: __import__("pathlib").Path("/nowhere"))}),
-    )
+def test_without_its_program_it_says_how_to_get_it(monkeypatch, tmp_path):
+    monkeypatch.setattr(page.resources, "files", lambda package: tmp_path)
     with pytest.raises(PageNotBuiltError, match="run 'make page' in the sources"):
         PANDA.page(START)
