@@ -109,7 +109,7 @@ export class Viewer {
 
   makePlots() {
     const { colours, data, task } = this, replay = this.mode === "replay";
-    const runs = data.runs.map((run, k) => [run.label, LINE_COLOURS[k % LINE_COLOURS.length], k ? [6, 3] : undefined]);
+    const runs = data.runs.map((run, k) => [short(run.label), LINE_COLOURS[k % LINE_COLOURS.length], k ? [6, 3] : undefined]);
     const joints = task.arm.joints.map((joint, i) => [joint.name, LINE_COLOURS[i % LINE_COLOURS.length]]);
     this.plots?.forEach((plot) => plot.plot.destroy());
     this.plots = [
@@ -472,6 +472,10 @@ export class Viewer {
     }
     return null;
   }
+}
+
+function short(label) {
+  return label.length > 24 ? `${label.slice(0, 23)}…` : label;
 }
 
 function pointOf(pose) {
