@@ -2,6 +2,7 @@
 
 import runpy
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -16,8 +17,12 @@ def test_there_are_scripts_and_they_are_numbered():
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
 def test_a_script_runs_and_has_less_than_a_hundred_lines(script, tmp_path, monkeypatch, capsys):
-    assert len(script.read_text().splitlines()) < 100
+    text = script.read_text()
+    assert len(text.splitlines()) < 100
+    if "import viser" in text:
+        pytest.importorskip("viser", reason="viser is not installed (it wants an older rich than the newest)")
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(time, "sleep", lambda seconds: None)  # a loop in real time
     monkeypatch.setattr(sys, "argv", [str(script), str(tmp_path)])
     runpy.run_path(str(script), run_name="__main__")
     assert capsys.readouterr().out

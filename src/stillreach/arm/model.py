@@ -17,6 +17,7 @@ from stillreach.arm.dh import DHRow, dh_chain
 from stillreach.arm.limits import driven, limited
 from stillreach.arm.losses import Losses, losses
 from stillreach.arm.modules import module_chain
+from stillreach.arm.shapes import Shape, shapes
 from stillreach.arm.structure import Structure
 
 if TYPE_CHECKING:
@@ -325,6 +326,21 @@ class Arm(Structure):
 
         at = _door.vector("q", q, self.n, labels=self.labels)
         return arm_picture(self, at, [self.joint_index(joint) for joint in failed])
+
+    def shapes(self, q: npt.ArrayLike) -> list[Shape]:
+        """Capsules and cylinders that show the arm in a viewer of your own, always in the same number and order.
+
+        Args:
+            q: (n,) joint values [rad] or [m], or by joint name.
+
+        Returns:
+            The links from the base to the tool as capsules, then the joints as cylinders along their axes: named
+            tuples ``(name, joint, pose, length, radius)``.
+
+        Raises:
+            InputError: if q is invalid.
+        """
+        return shapes(self, _door.vector("q", q, self.n, labels=self.labels))
 
     def page(self, q: npt.ArrayLike | None = None) -> Page:
         """A page that runs the controller of this arm in a browser, and in which a click breaks a joint.

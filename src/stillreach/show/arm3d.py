@@ -3,39 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from stillreach.arm import Arm
-from stillreach.arm.placements import moved
+from stillreach.arm.shapes import stations, thickness
 from stillreach.show.style import HEALTH_COLOURS, in_picture, matplotlib_or_error
 from stillreach.status import Health
 
 SIDES = 20
-LEAST_LENGTH = 1e-6
 LINK, JOINT = np.full(3, 0.92), np.full(3, 0.62)
 """Colours in full light."""
-
-
-def stations(arm: Arm, q: npt.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and axes of an arm's joints at q (n,) [rad] or [m].
-
-    Returns:
-        Points (k + 2, 3) [m]: the base, each of the k joints of ``arm.chain``, the tool; and those joints' axes (k, 3)
-        in the base frame.
-    """
-    q = np.asarray(q, dtype=np.float64)
-    T, points, axes = np.eye(4), [np.zeros(3)], []
-    for joint, leader, factor, offset in arm.chain:
-        T = T @ joint.placement
-        points.append(T[:3, 3])
-        axes.append(T[:3, :3] @ joint.axis)
-        T = T @ moved(joint.kind, joint.axis, factor * q[leader] + offset)
-    points.append((T @ arm.tool)[:3, 3])
-    return np.array(points), np.array(axes)
 
 
 def draw(
@@ -64,22 +44,18 @@ def draw(
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
     health = failed if isinstance(failed, Mapping) else dict.fromkeys(failed, Health.LOCKED)
-    points, axes = stations(arm, q)
-    points = points / unit
-    width = _thickness(points)
-    shapes = [(_tube(start, end, width), LINK) for start, end in pairwise(points)]
-    for moving, point, axis in zip(arm.chain, points[1:-1], axes, strict=True):
-        along = 1.9 * width * axis
-        colour = np.array(to_rgb(HEALTH_COLOURS[health[moving.leader]])) if moving.leader in health else JOINT
-        shapes.append((_tube(point - along, point + along, 1.55 * width), colour))
-    faces = [(face, (*_lit(face, colour), alpha)) for tube, colour in shapes for face in tube]
+    points = stations(arm, q)[0] / unit
+    colours = {None: LINK} | {joint: np.array(to_rgb(HEALTH_COLOURS[state])) for joint, state in health.items()}
+    faces = []
+    for shape in arm.shapes(q):
+        start, end = shape.ends
+        tube = _tube(start / unit, end / unit, shape.radius / unit)
+        faces += [(face, (*_lit(face, colours.get(shape.joint, JOINT)), alpha)) for face in tube]
     # one collection, so that near faces cover far ones
-    colours = [colour for _, colour in faces]
-    ax.add_collection3d(
-        Poly3DCollection([face for face, _ in faces], facecolors=colours, edgecolors=colours, linewidths=0.4)
-    )
+    lit = [colour for _, colour in faces]
+    ax.add_collection3d(Poly3DCollection([face for face, _ in faces], facecolors=lit, edgecolors=lit, linewidths=0.4))
     if labels:
-        _tool(ax, arm.forward(q), unit, 5.0 * width)
+        _tool(ax, arm.forward(q), unit, 5.0 * thickness(points))
         for moving, point in zip(arm.chain, points[1:-1], strict=True):
             ax.text(*point, f"   {in_picture(str(moving.joint.name))}", fontsize=8, va="bottom")
     fit(ax, points)
@@ -93,7 +69,7 @@ def path(ax: Any, points: npt.ArrayLike, *, unit: float = 1.0, **line: Any) -> N
 
 def fit(ax: Any, points: np.ndarray) -> None:
     """One scale on all three axes, around points (k, 3) in the figure's unit."""
-    least = 20 * _thickness(points)
+    least = 20 * thickness(points)
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     half = np.maximum(np.ptp(points, axis=0) + least, 2 * least) / 2
     low, high = middle - half, middle + half
@@ -147,9 +123,3 @@ def _round_step(length: float) -> float:
     """The largest of ..., 1, 2, 5, 10, ... that is not above a length."""
     power = 10.0 ** np.floor(np.log10(length))
     return float(max(step * power for step in (1, 2, 5) if step * power <= length * (1 + 1e-9)))
-
-
-def _thickness(points: np.ndarray) -> float:
-    """Radius of a link, for an arm of this length; an arm of length 0 is drawn as if 1 m long."""
-    length = float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
-    return 0.012 * (length if length > LEAST_LENGTH else 1.0)

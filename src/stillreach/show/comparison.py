@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillreach._door import FloatArray
+from stillreach.arm.shapes import stations
 from stillreach.show import arm3d
 from stillreach.show.moments import label_rows, mark, moments
 from stillreach.show.outcome import LEAST_DEG, LEAST_MM, LINES, aside, ends_off
@@ -125,7 +126,7 @@ def _scene(ax: Any, results: Comparison, goal: Commanded) -> None:
     """The arm at the start, the commanded path, and the tool's under each law."""
     arm, q = results.scenario.arm, results.scenario.start
     arm3d.draw(ax, arm, q, labels=False, alpha=0.35)
-    points, _ = arm3d.stations(arm, q)
+    points, _ = stations(arm, q)
     commanded_path(ax, goal)
     arm_and_goal = np.concatenate([points, goal.poses[:, :3, 3]])
     paths = [one.pose[drawn_ticks(one), :3, 3] for one in results.values()]

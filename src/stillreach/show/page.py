@@ -11,11 +11,11 @@ import numpy as np
 
 from stillreach._core import instruction_set
 from stillreach._words import joined
+from stillreach.arm.shapes import stations
 from stillreach.errors import MissingExtraError, PageNotBuiltError
 from stillreach.page import built, page_parts
 from stillreach.page.task import changes_of
 from stillreach.plants import KinematicPlant
-from stillreach.show.arm3d import stations
 from stillreach.show.heat import colour, columns, heading, legend
 from stillreach.simulation import simulate
 from stillreach.simulation.schedule import fault_changes

@@ -9,6 +9,7 @@ import numpy as np
 
 from stillreach._door import FloatArray
 from stillreach.arm import Arm
+from stillreach.arm.shapes import LEAST_LENGTH, stations
 from stillreach.show import arm3d
 from stillreach.show.moments import moments
 from stillreach.show.style import COLOURS, HEALTH_COLOURS, TITLE_LETTERS, in_picture, new_figure, styled
@@ -37,8 +38,8 @@ def scene(ax: Any, run: Run, goal: Commanded) -> None:
     health = {int(joint): Health(run.health[-1, joint]) for joint in np.flatnonzero(run.health[-1] != Health.HEALTHY)}
     arm3d.draw(ax, arm, run.q[0], labels=False, alpha=0.18)
     arm3d.draw(ax, arm, run.q[-1], labels=False, failed=health)
-    first, _ = arm3d.stations(arm, run.q[0])
-    last, _ = arm3d.stations(arm, run.q[-1])
+    first, _ = stations(arm, run.q[0])
+    last, _ = stations(arm, run.q[-1])
     places = dict(zip(_moving_names(arm), last[1:-1], strict=True))
     path = run.pose[drawn_ticks(run), :3, 3]
     commanded_path(ax, goal)
@@ -74,7 +75,7 @@ def arm_picture(arm: Arm, q: FloatArray, failed: Collection[int] = ()) -> Figure
         figure = new_figure(6.4, 6.4)
         ax: Any = figure.add_axes((0.02, 0.02, 0.92, 0.92), projection="3d", computed_zorder=False)
         arm3d.draw(ax, arm, q, labels=False, failed=failed)
-        points, _ = arm3d.stations(arm, q)
+        points, _ = stations(arm, q)
         fit(ax, points)
         names = map(in_picture, _moving_names(arm))
         colours = [HEALTH_COLOURS[Health.LOCKED] if moving.leader in failed else "black" for moving in arm.chain]
@@ -117,7 +118,7 @@ def fit(ax: Any, points: FloatArray) -> None:
     """One scale on all three axes, around points (k, 3), no side shorter than a third of the longest."""
     low, high = points.min(axis=0), points.max(axis=0)
     longest = float(np.max(high - low))
-    half = np.maximum(high - low, longest / 3 if longest > arm3d.LEAST_LENGTH else 0.1) * 0.54
+    half = np.maximum(high - low, longest / 3 if longest > LEAST_LENGTH else 0.1) * 0.54
     middle = (low + high) / 2
     low, high = middle - half, middle + half
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
