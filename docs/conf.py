@@ -7,6 +7,8 @@ from pathlib import Path
 from pygments.lexers import CppLexer
 from sphinx.highlighting import lexers
 
+import stillreach as sr
+
 project = "stillreach"
 author = "the stillreach authors"
 version = release = installed("stillreach")
@@ -34,6 +36,13 @@ html_copy_source = False
 
 
 ROOT = Path(__file__).parents[1]
+LIVE = """
+```{raw} html
+<iframe src="live.html" title="A Panda that you can break" style="width: 100%; height: 40rem; border: 0"></iframe>
+<p>Click a joint to break it. <a href="live.html">The page alone</a>, <a href="view.html">how to make one</a>.</p>
+```
+"""
+"""The arm on the front page."""
 ELSEWHERE = {r"\]\((?:\.\./)?examples/\w+\.py\)": "](examples.md)", r"\]\(\.\./ARCHITECTURE\.md": "](architecture.md"}
 """Links to files that are no pages, and the pages that show them."""
 
@@ -42,6 +51,7 @@ def setup(app):
     """What the pages say to readers of the repository becomes what readers of the site need."""
     app.connect("autodoc-process-docstring", _bars_as_they_are)
     app.connect("source-read", _for_the_site)
+    app.connect("build-finished", _live_page)
 
 
 def _bars_as_they_are(app, what, name, thing, options, lines):
@@ -52,6 +62,8 @@ def _bars_as_they_are(app, what, name, thing, options, lines):
 def _for_the_site(app, page, source):
     """The first steps are the README's; links to other files lead to their pages."""
     text = source[0]
+    if page == "index":
+        text = text.replace("\n![", LIVE + "\n![", 1)
     if page == "start":
         readme = (ROOT / "README.md").read_text(encoding="utf-8")
         first, last = readme.index("## Install"), readme.index("## Which joint can an arm not lose?")
@@ -59,3 +71,9 @@ def _for_the_site(app, page, source):
     for pattern, there in ELSEWHERE.items():
         text = re.sub(pattern, there, text)
     source[0] = text
+
+
+def _live_page(app, error):
+    """The page that the front page shows, beside it."""
+    if error is None and app.builder.format == "html":
+        sr.arms.panda().page().save(Path(app.outdir) / "live.html")
