@@ -454,12 +454,13 @@ export class Viewer {
       if (tag.textContent !== text) tag.textContent = text;
       tag.className = state ? "broken" : "";
       const [x, y, seen] = this.scene.project(this.scene.station(k)), width = 7 * text.length + 14;
-      const fits = (v) => seen && x > 0 && v > 20 && x + width < clientWidth && v < clientHeight - 8 && !taken.some(([u, w, wide]) => x < u + wide && u < x + width && Math.abs(w - v) < 17);
-      const at = [y, y + 17, y - 17].find(fits);
+      const fits = ([u, v]) => seen && u > 0 && v > 20 && u + width < clientWidth && v < clientHeight - 8 && !taken.some(([a, b, wide]) => u < a + wide && a < u + width && Math.abs(b - v) < 17);
+      const at = [x, x - width].flatMap((u) => [y, y + 17, y - 17, y + 34].map((v) => [u, v])).find(fits);
       tag.hidden = at === undefined;
       if (tag.hidden) continue;
-      taken.push([x, at, width]);
-      tag.style.transform = `translate(${Math.round(x + 12)}px, ${Math.round(at - 9)}px)`;
+      taken.push([...at, width]);
+      const side = at[0] < x ? `calc(${Math.round(x - 12)}px - 100%)` : `${Math.round(x + 12)}px`;
+      tag.style.transform = `translate(${side}, ${Math.round(at[1] - 9)}px)`;
     }
   }
 

@@ -1,6 +1,8 @@
-"""Time of a simulated tick in WebAssembly (node), beside the native instruction sets, on the same commands.
+"""The live page: a tick in WebAssembly beside the native instruction sets, and the time from the command to the screen.
 
-Tracking with recording, 128 ticks from the same start in one call; minima of 300 calls, the sets one after the other.
+Ticks (node): tracking with recording, 128 from the same start in one call; minima of 300 calls, the sets one after the
+other. The screen: `stillreach view panda.urdf` as a process of its own, then its page in a running Chromium (software
+WebGL) until the arm is drawn; the slowest of five.
 """
 
 import json
@@ -13,6 +15,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from playwright.sync_api import sync_playwright
 
 import stillreach as sr
 from bench.timing import machine_note
@@ -21,6 +24,7 @@ from stillreach.page.pack import pack
 from stillreach.page.task import task_of
 from stillreach.simulation.orders import parts_of
 from stillreach.simulation.record import empty_record
+from tests.browser import chromium
 
 ROOT = Path(__file__).parents[1]
 SETS = ("baseline", "avx2", "avx512")
@@ -58,22 +62,43 @@ def native() -> list[float]:
     return found
 
 
+def on_screen() -> str:
+    """What it takes from the command to the picture."""
+    times = []
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as library:
+        robot, browser = Path(folder) / "panda.urdf", chromium(library)
+        sr.arms.panda().to_urdf(robot)
+        for _ in range(5):
+            began = time.perf_counter()
+            command = [sys.executable, "-m", "stillreach", "view", robot, "--no-browser", "--out", folder]
+            subprocess.run(command, check=True, capture_output=True)
+            written = time.perf_counter()
+            tab = browser.new_page(viewport={"width": 1280, "height": 800})
+            tab.goto((Path(folder) / "view.html").as_uri())
+            tab.wait_for_function("() => window.stillreach?.viewer?.frames > 0")
+            times.append((time.perf_counter() - began, written - began))
+            tab.close()
+        browser.close()
+    total, command_alone = max(times)
+    return f"stillreach view panda.urdf to the arm on screen: {total:.2f} s, {command_alone:.2f} s of it the command"
+
+
 def main() -> None:
     node = shutil.which("node") or shutil.which("node", path=str(Path(sys.executable).parent))
     if node is None:
-        sys.exit("bench.wasm needs Node.js")
+        sys.exit("bench.live needs Node.js")
     measured = {}
     for name in SETS:
         environment = os.environ | {"STILLREACH_INSTRUCTIONS": name}
         done = subprocess.run(
-            [sys.executable, "-m", "bench.wasm", "native"], env=environment, capture_output=True, check=True
+            [sys.executable, "-m", "bench.live", "native"], env=environment, capture_output=True, check=True
         )
         measured[name] = json.loads(done.stdout)
     with tempfile.TemporaryDirectory() as folder:
         document, block = pack([task_of(scenario, planned=True)[0] for scenario in scenarios().values()])
         (Path(folder) / "tasks.json").write_text(document, encoding="utf-8")
         (Path(folder) / "tasks.b64").write_text(block, encoding="utf-8")
-        script = [node, ROOT / "bench" / "wasm.mjs", ROOT / "page", folder]
+        script = [node, ROOT / "bench" / "live.mjs", ROOT / "page", folder]
         measured["WebAssembly"] = json.loads(subprocess.run(script, capture_output=True, check=True).stdout)
     print(f"us a tick; in brackets, WebAssembly over it\n{'':26}" + "".join(f"{name:>16}" for name in measured))
     for place, name in enumerate(scenarios()):
@@ -81,6 +106,7 @@ def main() -> None:
         print(
             f"{name:26}" + "".join(f"{times[place]:8.2f} ({wasm / times[place]:4.2f})" for times in measured.values())
         )
+    print(on_screen())
     print(machine_note(len(os.sched_getaffinity(0))))
 
 
