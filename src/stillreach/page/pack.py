@@ -42,7 +42,13 @@ def pack(document: Any) -> tuple[str, str]:
 
     text = json.dumps(stored(document), allow_nan=False, ensure_ascii=False)
     safe = text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
-    return safe, base64.b64encode(gzip.compress(bytes(block), 9, mtime=0)).decode()
+    return safe, compressed(bytes(block))
+
+
+def compressed(data: bytes | str) -> str:
+    """Bytes, or text in UTF-8, compressed by gzip, in base64."""
+    raw = data.encode() if isinstance(data, str) else data
+    return base64.b64encode(gzip.compress(raw, 9, mtime=0)).decode()
 
 
 def _bytes(array: np.ndarray) -> bytes:

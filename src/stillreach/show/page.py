@@ -14,6 +14,7 @@ from stillreach._words import joined
 from stillreach.arm.shapes import stations
 from stillreach.errors import MissingExtraError, PageNotBuiltError
 from stillreach.page import built, page_parts
+from stillreach.page.pack import compressed
 from stillreach.page.task import changes_of
 from stillreach.plants import KinematicPlant
 from stillreach.show.heat import colour, columns, heading, legend
@@ -61,7 +62,7 @@ def rehearsal_page(found: Rehearsal, source: str) -> str:
         legend=legend(),
         rows=list(found.table()),
         pictures=list(_pictures(found, source)),
-        cells=json.dumps([cell for made in maps for cell in made.cells]).replace("</", "<\\/"),
+        cells=compressed(json.dumps([cell for made in maps for cell in made.cells])),
         facts=_how(found, source),
         live=_live(found),
         css=(folder / "rehearsal.css").read_text(encoding="utf-8"),
@@ -85,7 +86,6 @@ class _Cell(NamedTuple):
     width: float
     colour: str
     lost: bool
-    label: str
     case: int
 
 
@@ -109,9 +109,8 @@ def _heat_map(found: Rehearsal, kind: int, source: str) -> _HeatMap:
     for row, which in enumerate(order):
         for place, column in enumerate(made):
             told = _told(found, (kind, which, int(column.places[which])), source)
-            label = f"{told['joint']}, {told['when']}: {told['what']}"
             shade, lost = colour(float(column.excess[which])), bool(column.lost[which])
-            rects.append(_Cell(LEFT + place * width, row * ROW, width, shade, lost, label, before + len(cells)))
+            rects.append(_Cell(LEFT + place * width, row * ROW, width, shade, lost, before + len(cells)))
             cells.append(told)
     names = [(row * ROW + 0.5 * ROW, _short(found.joints[which])) for row, which in enumerate(order)]
     return _HeatMap(*heading(found, kind), ROW * len(order), rects, names, _times(found), cells)
