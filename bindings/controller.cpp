@@ -223,23 +223,27 @@ static Solution step(Controller& c, nb::handle q, nb::handle twist, nb::handle p
   return solution_of_tick(c, at->data(), command, nullptr, held, out);
 }
 
+void read_target(const char* argument, nb::handle pose, double* to) {
+  View matrix;
+  nb::object converted;
+  if (!(matrix.open(pose) && matrix.is_double() && matrix.is_contiguous() && matrix.ndim() == 2 &&
+        matrix.size(0) == 4 && matrix.size(1) == 4)) {
+    converted = nb::module_::import_("stillreach._door").attr("pose")(argument, pose);
+    matrix = strict(argument, converted, {4, 4}, false);
+  }
+  if (!kernel().read_pose(matrix.data(), to)) {
+    nb::module_::import_("stillreach._door").attr("pose")(argument, pose);
+    refuse(argument, describe(pose), "a rigid transform (4 x 4)");
+  }
+}
+
 static Solution track(Controller& c, nb::handle q, nb::handle target_pose, nb::handle feedforward, nb::handle period,
                       nb::handle out) {
   Lease<std::vector<double>> at(c.measured);
   at->resize(to_size(c.n()));
   double command[6] = {0, 0, 0, 0, 0, 0}, target[12];
   read_vector("q", q, c.n(), at->data(), true, c.labels);
-  View matrix;
-  nb::object converted;
-  if (!(matrix.open(target_pose) && matrix.is_double() && matrix.is_contiguous() && matrix.ndim() == 2 &&
-        matrix.size(0) == 4 && matrix.size(1) == 4)) {
-    converted = nb::module_::import_("stillreach._door").attr("pose")("target_pose", target_pose);
-    matrix = strict("target_pose", converted, {4, 4}, false);
-  }
-  if (!kernel().read_pose(matrix.data(), target)) {
-    nb::module_::import_("stillreach._door").attr("pose")("target_pose", target_pose);
-    refuse("target_pose", describe(target_pose), "a rigid transform (4 x 4)");
-  }
+  read_target("target_pose", target_pose, target);
   if (!feedforward.is_none()) read_vector("feedforward", feedforward, 6, command, true, twist_labels());
   const double held = read_period(period);
   c.prepare(at->data(), true);

@@ -52,4 +52,6 @@ struct Controller {
   bool update_gradient(const double* q, bool raise);
 };
 
+// Reads a pose (4, 4) to follow: rotation by columns, translation. What is no pose is refused by the argument's name.
+void read_target(const char* argument, nb::handle pose, double* to);
 void bind_rollout(nb::module_& m, nb::class_<Controller>& c);

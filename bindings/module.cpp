@@ -9,6 +9,7 @@ NB_MODULE(_core, m) {
   bind_solution(m);
   bind_solve(m);
   bind_controller(m);
+  bind_recorder(m);
   bind_batch(m);
   bind_inverse(m);
   m.def(

@@ -34,6 +34,7 @@ LAYERS = (
     {"laws"},
     {"batch", "inverse", "rollouts"},
     {"control"},
+    {"bags"},
     {"simulation"},
     {"recordings"},
     {"tolerance"},

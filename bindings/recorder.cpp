@@ -1,0 +1,108 @@
+// Ticks on their way to a file: a ring of rows of numbers, which one thread fills and another one empties.
+#include "controller.hpp"
+
+#include <atomic>
+#include <cstring>
+#include <ctime>
+
+struct Recorder {
+  Controller* c;  // kept alive by the recorder
+  long capacity, width;
+  std::vector<double> rows;
+  bool open = true;
+  std::atomic<long> written{0}, taken{0}, dropped{0};
+};
+
+// Numbers of a row: time, q, rates, twist, pose, target, health, status.
+static long row_width(int n) { return 1 + 3L * n + 6 + 12 + 12 + 1; }
+
+static std::int64_t now() {
+  std::timespec time{};
+  std::timespec_get(&time, TIME_UTC);
+  return std::int64_t{1000000000} * time.tv_sec + time.tv_nsec;
+}
+
+// [ns] of a time [s].
+static std::int64_t read_time(nb::handle time) {
+  const double seconds = PyFloat_CheckExact(time.ptr())
+                             ? PyFloat_AsDouble(time.ptr())
+                             : nb::cast<double>(nb::module_::import_("stillreach._door").attr("scalar")("time", time));
+  if (!(seconds >= 0.0 && seconds < 2147483648.0)) refuse("time", describe(time), "seconds from 0 to below 2^31");
+  return static_cast<std::int64_t>(std::nearbyint(1e9 * seconds));
+}
+
+static void make_recorder(Recorder* self, Controller& c, long capacity) {
+  new (self) Recorder();
+  self->c = &c;
+  self->capacity = capacity;
+  self->width = row_width(c.n());
+  self->rows.assign(to_size(capacity * self->width), 0.0);
+}
+
+static bool add(Recorder& r, nb::handle q, nb::handle target, nb::handle time) {
+  const Controller& c = *r.c;
+  const int n = c.n();
+  const long written = r.written.load(std::memory_order_relaxed);
+  const bool room = written - r.taken.load(std::memory_order_acquire) < r.capacity && r.open;
+  double frame[12];
+  if (!target.is_none()) read_target("target", target, frame);
+  const std::int64_t stamp = time.is_none() ? now() : read_time(time);
+  if (!room) {
+    r.dropped.fetch_add(1, std::memory_order_relaxed);
+    return false;
+  }
+  double* to = r.rows.data() + (written % r.capacity) * r.width;
+  read_vector("q", q, n, to + 1, false, c.labels);
+  std::memcpy(to, &stamp, sizeof stamp);
+  to += 1 + n;
+  const auto put = [&to](const double* from, int count) {
+    std::copy_n(from, count, to);
+    to += count;
+  };
+  const double* const R = c.state.pose;
+  const bool valid = !(c.answer.status & stillreach::INVALID_INPUT) && (R[0] != 0.0 || R[1] != 0.0 || R[2] != 0.0);
+  put(c.state.last, n);
+  put(c.state.command, 6);
+  put(c.state.pose, 12);
+  if (!valid) std::fill_n(to - 18, 18, std::nan(""));
+  if (target.is_none())
+    std::fill_n(to, 12, std::nan(""));
+  else
+    std::copy_n(frame, 12, to);
+  to += 12;
+  for (int i = 0; i < n; ++i) *to++ = static_cast<double>(c.faults[to_size(i)].health);
+  *to = static_cast<double>(c.answer.status);
+  r.written.store(written + 1, std::memory_order_release);
+  return true;
+}
+
+static long take(Recorder& r, nb::handle out) {
+  View view = strict("out", out, {-1, r.width}, true);
+  const long taken = r.taken.load(std::memory_order_relaxed);
+  const long count = std::min(r.written.load(std::memory_order_acquire) - taken, view.size(0));
+  const long first = std::min(count, r.capacity - taken % r.capacity);
+  const double* const from = r.rows.data() + (taken % r.capacity) * r.width;
+  std::copy_n(from, first * r.width, view.data());
+  std::copy_n(r.rows.data(), (count - first) * r.width, view.data() + first * r.width);
+  r.taken.store(taken + count, std::memory_order_release);
+  return count;
+}
+
+void bind_recorder(nb::module_& m) {
+  nb::class_<Recorder> c(m, "RecorderCore", nb::is_weak_referenceable(), "The compiled part of stillreach.Recorder.");
+  c.def("__init__", &make_recorder, nb::arg("controller"), nb::arg("capacity"), nb::keep_alive<1, 2>());
+  c.def(
+      "add", &add, nb::arg("q").none(), nb::arg("target").none() = nb::none(), nb::arg("time").none() = nb::none(),
+      nb::sig("def add(self, q: numpy.typing.ArrayLike | collections.abc.Mapping[str, float], target: "
+              "numpy.typing.ArrayLike | None = None, time: float | None = None) -> bool"),
+      "Records the controller's last tick; the only call that a loop needs.\n\n"
+      "q (n,) [rad, m] measured, as that tick was given; it may be NaN. target (4, 4) [m] the pose that was tracked. "
+      "time [s] of the loop's own clock; None: the time of day. False where the file did not keep up and the tick was "
+      "dropped. Raises InputError for anything of another shape, and records nothing then.");
+  c.def("_end", [](Recorder& r) { r.open = false; }, "Every later tick is dropped.");
+  c.def("_take", &take, nb::arg("out"));
+  c.def_prop_ro(
+      "dropped", [](const Recorder& r) { return r.dropped.load(); },
+      "How many ticks were dropped, because the file did not keep up.");
+  c.def_prop_ro("_width", [](const Recorder& r) { return r.width; });
+}

@@ -1,0 +1,398 @@
+"""A loop's own recorder: what it wrote is read by other tools, also after a crash, and the loop is never held."""
+
+import gc
+import os
+import random
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from unittest import mock
+
+import numpy as np
+import pytest
+import yaml
+from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
+from mcap_ros2.decoder import DecoderFactory
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+from scipy.spatial.transform import Rotation
+
+import stillreach as sr
+from stillreach.bags.chunks import ChunkFile
+from tests.commands import run_command
+from tests.refusals import refused
+
+FULL = bool(os.environ.get("STILLREACH_FULL"))
+PANDA = sr.arms.panda()
+START = np.deg2rad([20.0, -45.0, 20.0, -125.0, 20.0, 95.0, 45.0])
+POSE = PANDA.forward(START)
+TICKS = 700
+
+
+def looped(recorder, controller, ticks=TICKS):
+    """What a loop of its own did: times, positions, rates, targets (None where there was none), health and status."""
+    q, did = START.copy(), []
+    for k in range(ticks):
+        if k == 300:
+            controller.fail("panda_joint4", sr.Locked())
+        target = None
+        if k % 10 < 7:
+            target = POSE.copy()
+            target[0, 3] += 0.05 * np.sin(0.01 * k)
+            out = controller.track(q, target)
+        else:
+            out = controller.step(q, [0.0, 0.01, 0.0, 0.0, 0.0, 0.02])
+        assert recorder.add(q, target, 100.0 + 0.001 * k)
+        did.append((q, out.rates, target, out.twist, controller.health, out.status))
+        q = q + 0.001 * out.rates
+    return did
+
+
+def decoded(file):
+    """Times [ns] and messages by topic, as another reader sees them."""
+    found = {}
+    with file.open("rb") as opened:
+        reader = make_reader(opened, decoder_factories=[DecoderFactory()], validate_crcs=True)
+        for _, channel, message, content in reader.iter_decoded_messages():
+            found.setdefault(channel.topic, []).append((message.log_time, message.sequence, content))
+    return found
+
+
+def in_header(message):
+    """[ns]"""
+    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+
+
+@pytest.fixture
+def recorded(tmp_path):
+    folder = tmp_path / "drive.rosbag2"
+    controller = sr.Controller(PANDA, period=0.001)
+    with sr.Recorder(folder, controller) as recorder:
+        did = looped(recorder, controller)
+    assert recorder.written == TICKS
+    assert recorder.dropped == 0
+    return folder, did
+
+
+def test_another_reader_finds_what_the_loop_did(recorded):
+    folder, did = recorded
+    found = decoded(folder / "drive.rosbag2.mcap")
+    stamps = [round(1e9 * (100.0 + 0.001 * k)) for k in range(TICKS)]
+    q, rates, targets, twists, _, _ = zip(*did, strict=True)
+    for topic in ("/joint_states", "/joint_commands", "/tool_pose", "/tool_command", "/tf"):
+        assert [stamp for stamp, _, _ in found[topic]] == stamps
+        assert [number for _, number, _ in found[topic]] == list(range(TICKS))
+    np.testing.assert_array_equal([message.position for _, _, message in found["/joint_states"]], q)
+    np.testing.assert_array_equal([message.velocity for _, _, message in found["/joint_commands"]], rates)
+    assert found["/joint_states"][5][2].name == list(PANDA.joint_names)
+    aimed = [k for k, target in enumerate(targets) if target is not None]
+    assert [stamp for stamp, _, _ in found["/target_pose"]] == [stamps[k] for k in aimed]
+    for topic, ticks, poses in (
+        ("/tool_pose", range(TICKS), PANDA.forward(np.array(q))),
+        ("/target_pose", aimed, np.array([targets[k] for k in aimed])),
+    ):
+        for (_, _, message), tick, T in zip(found[topic], ticks, poses, strict=True):
+            assert in_header(message) == stamps[tick]
+            at, turn = message.pose.position, message.pose.orientation
+            np.testing.assert_allclose([at.x, at.y, at.z], T[:3, 3], atol=1e-14)
+            R = Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix()
+            np.testing.assert_allclose(R, T[:3, :3], atol=1e-14)
+    for (_, _, message), twist in zip(found["/tool_command"], twists, strict=True):
+        v, w = message.twist.linear, message.twist.angular
+        np.testing.assert_array_equal([v.x, v.y, v.z, w.x, w.y, w.z], twist)
+    (moved,) = found["/tf"][123][2].transforms
+    assert (moved.header.frame_id, moved.child_frame_id) == ("base", "tool")
+    np.testing.assert_allclose(moved.transform.translation.z, PANDA.forward(q[123])[2, 3], atol=1e-14)
+    assert found["/robot_description"][0][2].data == PANDA.to_urdf()
+
+
+def test_health_and_status_are_told_when_they_change(recorded):
+    folder, did = recorded
+    stories = [(health.tolist(), int(status)) for *_, health, status in did]
+    wanted = [0, *(k for k in range(1, TICKS) if stories[k] != stories[k - 1])]
+    found = decoded(folder / "drive.rosbag2.mcap")["/diagnostics"]
+    assert [number for _, number, _ in found] == wanted
+    for stamp, tick, message in found:
+        assert in_header(message) == stamp
+        *joints, whole = message.status
+        assert [joint.message for joint in joints] == [sr.Health(code).name.lower() for code in stories[tick][0]]
+        flags = sr.Status(stories[tick][1])
+        assert set(whole.message.split(", ")) == {flag.name for flag in sr.Status if flag and flag in flags} or {"OK"}
+    assert 300 in wanted
+
+
+def test_the_folder_is_a_rosbag2_that_humble_plays(recorded):
+    folder, _ = recorded
+    information = yaml.safe_load((folder / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert (information["version"], information["storage_identifier"]) == (8, "mcap")
+    assert information["duration"]["nanoseconds"] == 699_000_000
+    counts = {
+        part["topic_metadata"]["name"]: part["message_count"] for part in information["topics_with_message_count"]
+    }
+    assert counts["/joint_states"] == TICKS
+    assert information["message_count"] == sum(counts.values())
+    for part in information["topics_with_message_count"]:
+        (quality,) = yaml.safe_load(part["topic_metadata"]["offered_qos_profiles"])
+        assert all(isinstance(quality[name], int) for name in ("history", "reliability", "durability"))
+        assert part["topic_metadata"]["type_description_hash"].startswith("RIHS01_")
+    with AnyReader([folder], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+        assert {connection.topic: connection.msgcount for connection in reader.connections} == counts
+    assert len(sr.Recording.load(folder, arm=PANDA, topic="/joint_states")) == TICKS
+
+
+def test_its_time_is_the_time_of_day(tmp_path):
+    controller = sr.Controller(PANDA, period=0.001)
+    before = time.time_ns()
+    with sr.Recorder(tmp_path / "a.rosbag2", controller) as recorder:
+        controller.step(START, np.zeros(6))
+        recorder.add(START)
+    ((stamp, _, _),) = decoded(tmp_path / "a.rosbag2" / "a.rosbag2.mcap")["/joint_states"]
+    assert before <= stamp <= time.time_ns()
+
+
+def test_what_an_encoder_cannot_say_is_recorded_too(tmp_path):
+    controller = sr.Controller(PANDA, period=0.001)
+    q, rates = START.copy(), np.zeros(7)
+    tick = controller.bind(q=q, twist=np.zeros(6), rates=rates)
+    with sr.Recorder(tmp_path / "a.rosbag2", controller) as recorder:
+        q[2] = np.nan
+        assert tick() & sr.Status.INVALID_INPUT
+        recorder.add(q)
+    found = decoded(tmp_path / "a.rosbag2" / "a.rosbag2.mcap")
+    np.testing.assert_array_equal(found["/joint_states"][0][2].position, q)
+    assert np.isnan(found["/tool_pose"][0][2].pose.position.x)
+    assert "INVALID_INPUT" in found["/diagnostics"][0][2].status[-1].message
+
+
+class Stuck:
+    """A disk that does not answer until it is let go."""
+
+    def __init__(self, bag):
+        self.free, self.begun, self._add = threading.Event(), threading.Event(), bag.add
+        bag.add = self.add
+
+    def add(self, *values):
+        self.begun.set()
+        assert self.free.wait(60)
+        self._add(*values)
+
+
+def test_a_disk_that_stalls_costs_ticks_and_not_time(tmp_path):
+    controller = sr.Controller(PANDA, period=0.001)
+    controller.step(START, np.zeros(6))
+    recorder = sr.Recorder(tmp_path / "a.rosbag2", controller, seconds=0.5)
+    disk = Stuck(recorder._bag)
+    recorder.add(START, time=0.0)
+    assert disk.begun.wait(60)  # the thread has taken that tick
+    kept = [recorder.add(START, time=0.001 * k) for k in range(1, 801)]
+    assert kept == [True] * 500 + [False] * 300
+    assert recorder.dropped == 300
+    disk.free.set()
+    with pytest.warns(RuntimeWarning, match="300 of 801 ticks"):
+        recorder.close()
+    stamps = [stamp for stamp, _, _ in decoded(tmp_path / "a.rosbag2" / "a.rosbag2.mcap")["/joint_states"]]
+    assert stamps == [1_000_000 * k for k in range(501)]
+
+
+def test_a_full_disk_is_told_at_the_end(tmp_path):
+    controller = sr.Controller(PANDA, period=0.001)
+    controller.step(START, np.zeros(6))
+    recorder = sr.Recorder(tmp_path / "a.rosbag2", controller, seconds=0.2)
+
+    def full(*values):
+        raise OSError(28, "No space left on device")
+
+    recorder._bag.add = full
+    for _ in range(1000):
+        recorder.add(START)
+    with pytest.raises(OSError, match="No space left"):
+        recorder.close()
+    recorder.close()
+
+
+def test_bad_input_is_refused_and_records_nothing(tmp_path):
+    controller = sr.Controller(PANDA, period=0.001)
+    with refused("controller", "a Controller"):
+        sr.Recorder(tmp_path / "a.rosbag2", PANDA)
+    with refused("seconds", "0"):
+        sr.Recorder(tmp_path / "a.rosbag2", controller, seconds=0.0)
+    with refused("path", "which exists"):
+        sr.Recorder(tmp_path, controller)
+    assert list(tmp_path.iterdir()) == []
+    with sr.Recorder(tmp_path / "a.rosbag2", controller) as recorder:
+        controller.step(START, np.zeros(6))
+        with refused("q", "3", "7"):
+            recorder.add(np.zeros(3))
+        with refused("target", "(3, 3)"):
+            recorder.add(START, np.eye(3))
+        with refused("target"):
+            recorder.add(START, np.zeros((4, 4)))
+        for moment in (-1.0, np.inf, 1e12):
+            with refused("time"):
+                recorder.add(START, time=moment)
+        recorder.add(dict(zip(PANDA.joint_names, START, strict=True)))
+    assert recorder.written == 1
+    assert not recorder.add(START)  # it is closed
+
+
+def test_a_recorder_that_nobody_closed_is_closed_at_the_end(tmp_path):
+    script = (
+        "import numpy as np, sys, stillreach as sr\n"
+        "controller = sr.Controller(sr.arms.panda())\n"
+        "recorder = sr.Recorder(sys.argv[1], controller)\n"
+        "controller.step(np.ones(7), np.zeros(6)); recorder.add(np.ones(7))\n"
+    )
+    subprocess.run([sys.executable, "-c", script, tmp_path / "a.rosbag2"], check=True)
+    assert len(decoded(tmp_path / "a.rosbag2" / "a.rosbag2.mcap")["/joint_states"]) == 1
+
+
+@pytest.mark.timeout(900)
+def test_a_killed_loop_leaves_all_but_its_last_second(tmp_path):
+    """100 moments with STILLREACH_FULL=1, 10 without."""
+    moments, done = random.Random(1), 0
+    for first in range(0, 100 if FULL else 10, 5):
+        folders = [tmp_path / f"{first + k}.rosbag2" for k in range(5)]
+        loop = [sys.executable, Path(__file__).with_name("loop.py")]
+        loops = [subprocess.Popen([*loop, folder], stdout=subprocess.PIPE, text=True) for folder in folders]
+        begun = []
+        for process in loops:
+            assert process.stdout.readline() == "begins\n"
+            begun.append(time.time())
+        killed = []
+        for process, moment in sorted(
+            zip(loops, [t + moments.uniform(1.5, 2.5) for t in begun], strict=True), key=lambda p: p[1]
+        ):
+            time.sleep(max(0.0, moment - time.time()))
+            process.kill()
+            killed.append((loops.index(process), time.time()))
+            process.wait()
+            process.stdout.close()
+        for place, when in killed:
+            whole = tmp_path / f"whole-{first + place}.rosbag2"
+            found = sr.Recorder.recover(folders[place], whole)
+            assert found.messages > 0
+            with AnyReader([whole]) as reader:
+                (states,) = [one for one in reader.connections if one.topic == "/joint_states"]
+                stamps = [stamp for _, stamp, _ in reader.messages([states])]
+            assert 1e-9 * stamps[-1] > when - 1.0
+            file = whole / f"{whole.name}.mcap"
+            numbers = [number for _, number, _ in decoded(file)["/joint_states"]]
+            assert numbers == list(range(len(stamps)))  # nothing is missing before
+            done += 1
+    assert done == (100 if FULL else 10)
+
+
+def test_any_beginning_of_a_file_is_recovered_up_to_its_last_whole_chunk(recorded, tmp_path):
+    folder, _ = recorded
+    whole = (folder / "drive.rosbag2.mcap").read_bytes()
+    everything = decoded(folder / "drive.rosbag2.mcap")["/joint_states"]
+    cuts = [len(whole) - 1, *random.Random(2).sample(range(len(whole) // 3, len(whole)), 12)]
+    counts = []
+    for number, cut in enumerate(sorted(cuts)):
+        (tmp_path / "cut.mcap").write_bytes(whole[:cut])
+        found = sr.Recorder.recover(tmp_path / "cut.mcap", tmp_path / f"{number}.rosbag2")
+        again = decoded(tmp_path / f"{number}.rosbag2" / f"{number}.rosbag2.mcap")
+        states = again["/joint_states"]
+        assert [one[:2] for one in states] == [one[:2] for one in everything[: len(states)]]
+        assert found.messages == sum(map(len, again.values()))
+        counts.append(len(states))
+        assert found.lost < 200_000
+    assert counts == sorted(counts)
+    assert sr.Recorder.recover(folder, tmp_path / "complete.rosbag2").lost == 0
+    assert counts[-1] == TICKS  # only the summary was cut off
+
+
+def test_a_chunk_that_is_not_what_was_written_ends_it(recorded, tmp_path):
+    folder, _ = recorded
+    data = bytearray((folder / "drive.rosbag2.mcap").read_bytes())
+    data[len(data) // 2] ^= 1
+    (tmp_path / "flipped.mcap").write_bytes(data)
+    sr.Recorder.recover(tmp_path / "flipped.mcap", tmp_path / "a.rosbag2")
+    assert 0 < len(decoded(tmp_path / "a.rosbag2" / "a.rosbag2.mcap")["/joint_states"]) < TICKS
+
+
+@pytest.mark.parametrize("chunked", [True, False])
+def test_broken_bags_of_others_are_recovered(tmp_path, chunked):
+    store, topics = get_typestore(Stores.ROS2_HUMBLE), ["/a", "/b"]
+    text = store.generate_msgdef("std_msgs/msg/String", ros_version=2)[0].encode()
+    written = {topic: [] for topic in topics}
+    with (tmp_path / "other.mcap").open("wb") as opened:
+        writer = Writer(opened, chunk_size=2000, compression=CompressionType.ZSTD, use_chunking=chunked)
+        writer.start("ros2")
+        schema = writer.register_schema("std_msgs/msg/String", "ros2msg", text)
+        channels = {topic: writer.register_channel(topic, "cdr", schema) for topic in topics}
+        for k in range(500):
+            topic = topics[k % 2]
+            data = bytes(store.serialize_cdr(store.types["std_msgs/msg/String"](f"message {k}"), "std_msgs/msg/String"))
+            writer.add_message(channels[topic], 1000 * k, data, 1000 * k)
+            written[topic].append((1000 * k, f"message {k}"))
+        opened.flush()  # and no end: the process was killed
+        recovered = sr.Recorder.recover(tmp_path / "other.mcap", tmp_path / "whole.rosbag2")
+    assert recovered.messages > 400
+    with AnyReader([tmp_path / "whole.rosbag2"]) as reader:
+        found = {topic: [] for topic in topics}
+        for connection, stamp, data in reader.messages():
+            found[connection.topic].append((stamp, reader.deserialize(data, connection.msgtype).data))
+    for topic in topics:
+        assert found[topic] == written[topic][: len(found[topic])]
+
+
+def test_what_is_no_bag_is_refused(tmp_path, recorded):
+    (tmp_path / "text.mcap").write_text("no bag")
+    (tmp_path / "empty.mcap").write_bytes(b"\x89MCAP0\r\n")
+    for path in ("text.mcap", "empty.mcap", "nothing.mcap"):
+        with refused("path", path):
+            sr.Recorder.recover(tmp_path / path, tmp_path / "new.rosbag2")
+    (tmp_path / "hollow").mkdir()
+    with refused("path", "0 MCAP files"):
+        sr.Recorder.recover(tmp_path / "hollow", tmp_path / "new.rosbag2")
+    with refused("to", "which exists"):
+        sr.Recorder.recover(recorded[0], tmp_path)
+    assert not (tmp_path / "new.rosbag2").exists()
+
+
+def test_the_command_recovers(recorded, tmp_path):
+    folder, _ = recorded
+    file = folder / "drive.rosbag2.mcap"
+    file.write_bytes(file.read_bytes()[:-5000])
+    (folder / "metadata.yaml").unlink()
+    answer = run_command("convert", "--recover", folder, tmp_path / "whole.rosbag2")
+    assert answer.code == 0
+    assert "messages in" in answer.out
+    assert (tmp_path / "whole.rosbag2" / "metadata.yaml").is_file()
+    again = run_command("convert", "--recover", folder, tmp_path / "whole.rosbag2")
+    assert again.code != 0
+    assert "which exists" in again.err
+
+
+def resident():
+    """[bytes] of this process in memory."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads /proc/self/statm")
+@pytest.mark.timeout(900)
+def test_a_long_recording_does_not_grow_in_memory(tmp_path, monkeypatch):
+    """An hour's ticks at 1 kHz with STILLREACH_FULL=1, ten minutes' without; what is written is thrown away."""
+
+    def nowhere(file, *parts):
+        file._at += sum(map(len, parts))
+
+    monkeypatch.setattr(ChunkFile, "_put", nowhere)
+    monkeypatch.setattr(threading, "Thread", mock.Mock())  # its work is done here, so that no tick is dropped
+    controller = sr.Controller(PANDA, period=0.001)
+    controller.step(START, np.zeros(6))
+    recorder = sr.Recorder(tmp_path / "a.rosbag2", controller, seconds=5.0)
+    rows, ticks, used = np.empty((128, recorder._width)), 3_600_000 if FULL else 600_000, []
+    for part in range(10):
+        for k in range(ticks // 10):
+            recorder.add(START, POSE, 0.001 * (part * ticks // 10 + k))
+            if k % 2000 == 0:
+                recorder._drain(rows)
+        gc.collect()
+        used.append(resident())
+    assert recorder.dropped == 0 < recorder.written
+    assert used[-1] - used[1] < 2**20
