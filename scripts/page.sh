@@ -3,7 +3,7 @@
 # them the wheel is built as well; it then says how to get the page.
 set -u
 cd "$(dirname "$0")/../page" || exit 1
-if command -v npm >/dev/null && node -e 'process.exit(Number(process.versions.node.split(".")[0]) < 18)'; then
+if command -v npm >/dev/null && node -e 'process.exit(process.versions.node.split(".")[0] < 18 ? 1 : 0)'; then
   npm=npm
 else
   ../.venv/bin/pip install -q --no-compile -r ../requirements/page.txt && PATH="$PWD/../.venv/bin:$PATH" && npm=npm

@@ -13,7 +13,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from stillreach import Confined, Derated, Locked, OneWay, Runaway, Status
+from stillreach import Confined, Derated, FreeSwinging, Locked, OneWay, Runaway, Status
 from tests.conformance.attack import HALF_RANGE, SEGMENT, attack, violations
 from tests.conformance.registry import LAWS
 
@@ -28,6 +28,7 @@ KINDS = (
     Runaway,
     lambda value: Confined(value - HALF_RANGE, value + HALF_RANGE),
     OneWay,
+    lambda value: FreeSwinging(),
 )
 
 

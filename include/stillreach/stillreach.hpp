@@ -98,6 +98,7 @@ inline Fault derated(double fraction) { return {Health::DERATED, {fraction, 0.0}
 inline Fault runaway(double rate) { return {Health::RUNAWAY, {rate, 0.0}}; }
 inline Fault confined(double lower, double upper) { return {Health::CONFINED, {lower, upper}}; }
 inline Fault one_way(int direction) { return {Health::ONE_WAY, {direction < 0 ? -1.0 : 1.0, 0.0}}; }
+inline Fault free_swinging() { return {Health::FREE_SWINGING, {0.0, 0.0}}; }
 
 namespace front {
 

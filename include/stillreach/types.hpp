@@ -61,7 +61,8 @@ STILLREACH_INLINE std::int8_t bound_reason(std::int8_t active) {
   X(DERATED, "It moves at most at a fraction of its rate limit.") \
   X(RUNAWAY, "It moves at a rate that nobody commands.")          \
   X(CONFINED, "Its range of positions is reduced.")               \
-  X(ONE_WAY, "It moves to one side only.")
+  X(ONE_WAY, "It moves to one side only.")                        \
+  X(FREE_SWINGING, "It has no drive, and moves as forces move it.")
 enum class Health : std::int8_t { STILLREACH_HEALTH(STILLREACH_MEMBER) };
 
 struct Fault {

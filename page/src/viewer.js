@@ -11,7 +11,7 @@ import { angleOf, flags, lengthOf, number, status, valueOf } from "./words.js";
 const AFTER = 1; // [s] that a task goes on after its end before it is paused
 const HELD = 4000; // [ms] for which a message stays
 const EVERY = 6; // frames between two texts and plots
-const STATE_SIGN = ["●", "■", "◐", "▲", "◇", "▶"]; // by health: shape as well as colour
+const STATE_SIGN = ["●", "■", "◐", "▲", "◇", "▶", "○"]; // by health: shape as well as colour
 const WHOLE = { health: 0, first: 0, second: 0 };
 
 const THEMES = {

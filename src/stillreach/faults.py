@@ -14,7 +14,7 @@ from stillreach._tables import Table, about
 from stillreach.errors import InputError
 from stillreach.status import Health
 
-__all__ = ["Confined", "Derated", "Fault", "Locked", "OneWay", "Runaway"]
+__all__ = ["Confined", "Derated", "Fault", "FreeSwinging", "Locked", "OneWay", "Runaway"]
 
 MOMENT = Number("s", least=0.0)
 
@@ -145,12 +145,29 @@ class OneWay(FaultKind):
         return f"moves one way, {'+' if self.direction > 0.0 else '-'}"
 
 
+@dataclass(frozen=True)
+class FreeSwinging(FaultKind):
+    """The joint has lost its drive and moves as forces move it (English and Maciejewski, 1998).
+
+    It is not commanded: its rate is 0. Where it has swung to, the next tick measures. In a simulation without inertia
+    it stands still; in MuJoCo it swings.
+    """
+
+    word = "free-swinging"
+    health = Health.FREE_SWINGING
+    leaves_choice = False
+
+    def sentence(self, *, slides: bool) -> str:
+        """``swings freely``."""
+        return "swings freely"
+
+
 def _shown(value: float, slides: bool) -> str:
     """A joint value in mm or degrees."""
     return f"{1000.0 * value:.3g} mm" if slides else f"{math.degrees(value):.3g} deg"
 
 
-FAULTS: tuple[type[FaultKind], ...] = (Locked, Derated, Runaway, Confined, OneWay)
+FAULTS: tuple[type[FaultKind], ...] = (Locked, Derated, Runaway, Confined, OneWay, FreeSwinging)
 """Every kind of fault."""
 
 

@@ -415,7 +415,7 @@ def _restrict(
 ) -> None:
     """What a fault leaves of a joint's range."""
     name = arm.joint_names[joint]
-    if kind.health == Health.LOCKED:
+    if kind.health in (Health.LOCKED, Health.FREE_SWINGING):
         hold[joint] = AT_START
     elif kind.health == Health.CONFINED:
         low, high = kind.numbers

@@ -49,6 +49,7 @@ class MujocoArm:
             place = self._model.joint(str(follower.joint.name)).qposadr[0]
             self._data.qpos[place] = follower.multiplier * q[arm.joint_index(follower.leader)] + follower.offset
         mujoco.mj_forward(self._model, self._data)
+        self._drives = self._model.actuator_gainprm.copy(), self._model.actuator_biasprm.copy()
         self._faults: dict[int, FaultKind] = {}
         self._limits = np.array(arm.velocity_limits)
         self._waiting = deque([np.zeros(arm.n)] * round(plant.delay / period))
@@ -71,6 +72,7 @@ class MujocoArm:
         model, data = self._model, self._data
         data.eq_active[self._holds[joint]] = False
         model.jnt_range[self._ids[joint]] = (-FAR, FAR)
+        self._drive(joint, kind is None or kind.health != Health.FREE_SWINGING)
         self._faults.pop(joint, None)
         if kind is None:
             return
@@ -79,6 +81,14 @@ class MujocoArm:
             self._hold(joint, float(data.qpos[self._places[joint]]))
         elif kind.health == Health.CONFINED:
             model.jnt_range[self._ids[joint]] = np.clip(kind.numbers, -FAR, FAR)
+
+    def _drive(self, joint: int, on: bool) -> None:
+        """Switches the servo of a joint on or off."""
+        servo = self._servos[joint]
+        for parameters, own in zip(
+            (self._model.actuator_gainprm, self._model.actuator_biasprm), self._drives, strict=True
+        ):
+            parameters[servo] = own[servo] if on else 0.0
 
     def _hold(self, joint: int, at: float) -> None:
         """Switches on the constraint that holds a joint at a position."""

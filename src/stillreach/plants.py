@@ -108,7 +108,7 @@ class MujocoPlant(Plant):
 
     Without a model its links have 1 kg and 0.01 kg m² each. A locked joint is held by a constraint, the servo of a
     derated one has a lower command at most and that of a one-way one none against its way, a confined one stops at its
-    ends, and a runaway one is driven at its rate.
+    ends, a runaway one is driven at its rate, and a free-swinging one has no servo.
 
     Args:
         model: MJCF or URDF file of the robot with its masses, with joints of the arm's names; its own actuators are

@@ -68,6 +68,7 @@ WORDS = (
         "runaway",
         "confined",
         "one-way",
+        "free-swinging",
         "twist",
         "wait",
         "line",

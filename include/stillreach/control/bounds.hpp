@@ -46,7 +46,8 @@ STILLREACH_INLINE Left left_by(const Fault& fault, double lower, double upper) {
   const double first = fault.number[0];
   switch (fault.health) {
     case Health::HEALTHY: break;
-    case Health::LOCKED: left.lower = left.upper = 0.0; break;
+    case Health::LOCKED:
+    case Health::FREE_SWINGING: left.lower = left.upper = 0.0; break;
     case Health::DERATED:
       left.lower = first > 0.0 ? first * lower : 0.0;  // not 0 * inf
       left.upper = first > 0.0 ? first * upper : 0.0;

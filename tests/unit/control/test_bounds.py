@@ -11,6 +11,7 @@ PERIOD = 0.01
 FAULTS = {
     "healthy": None,
     "locked": sr.Locked(),
+    "free": sr.FreeSwinging(),
     "derated": sr.Derated(0.3),
     "runaway": sr.Runaway(0.4),
     "one way": sr.OneWay(1),
@@ -21,6 +22,7 @@ FAULTS = {
 ORACLE_FAULTS = {
     "healthy": None,
     "locked": "locked",
+    "free": "locked",
     "derated": ("derated", 0.3),
     "runaway": ("runaway", 0.4),
     "one way": ("one-way", 1),

@@ -5,6 +5,7 @@ from importlib.metadata import distribution
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import stillreach as sr
 from stillreach import InputError
@@ -73,6 +74,40 @@ def test_a_confined_joint_stops_at_its_end():
     q = driven(MujocoPlant(), seconds=1.0, faults=[(0, J4, sr.Confined(START[J4] - 1.0, end))])
     assert q[:, J4].max() < end + 5e-3
     assert q[-1, J4] == pytest.approx(end, abs=5e-3)
+
+
+def test_a_free_swinging_joint_is_a_pendulum(tmp_path):
+    mass, inertia, length, damping, armature = 2.0, 0.03, 0.4, 0.3, 0.05
+    (tmp_path / "pendulum.xml").write_text(
+        '<mujoco><worldbody><body><joint name="j1" axis="0 1 0"/><inertial pos="0 0 -0.4" mass="2" '
+        'diaginertia="0.03 0.03 0.03"/></body></worldbody></mujoco>'
+    )
+    arm = sr.Arm([sr.Joint(name="j1", axis=(0, 1, 0))], tool=np.eye(4))
+    settings = {"gravity": True, "damping": damping, "armature": armature, "step": 0.0005}
+    plant = MujocoPlant(model=str(tmp_path / "pendulum.xml"), **settings)
+    q = driven(plant, [0.0], seconds=2.0, arm=arm, start=[1.0], faults=[(0, 0, sr.FreeSwinging())])[:, 0]
+    whole = inertia + mass * length**2 + armature
+
+    def fall(_, state):
+        angle, rate = state
+        return rate, -(mass * 9.81 * length * np.sin(angle) + damping * rate) / whole
+
+    there = solve_ivp(fall, (0.0, 2.0), (1.0, 0.0), rtol=1e-9, atol=1e-9, t_eval=0.01 * np.arange(201)).y[0]
+    np.testing.assert_allclose(q, there, atol=5e-3)
+    caught = driven(plant, [0.0], arm=arm, start=[1.0], faults=[(0, 0, sr.FreeSwinging()), (20, 0, None)])[:, 0]
+    assert abs(np.diff(caught[-10:])).max() < 0.1 * abs(np.diff(caught[:20])).max()  # its servo works again
+
+
+def test_the_controller_goes_on_with_a_joint_that_swings():
+    J3 = 2
+    faults = [sr.Fault(J3, at=0.5, kind=sr.FreeSwinging(), known_after=0.02)]
+    motion = sr.Line([0.0, 0.1, 0.0], duration=3.0, relative=True)
+    scenario = sr.Scenario(arm=PANDA, start=START, motion=motion, faults=faults, plant=MujocoPlant(), loop="closed")
+    run = sr.simulate(scenario)
+    assert np.all(run.rates[-100:, J3] == 0.0)
+    assert set(run.health[-100:, J3]) == {Health.FREE_SWINGING}
+    assert np.ptp(run.q[60:, J3]) > 1e-3  # the others' motion swings it
+    assert np.linalg.norm(run.pose[-1, :3, 3] - run.target[-1, :3, 3]) < 2e-3
 
 
 def test_a_weak_servo_accelerates_as_its_force_and_the_inertia_say(tmp_path):
