@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from stillreach.arm import Arm
     from stillreach.simulation import Scenario
 
+STARTS = 8
+"""Configurations among which the start of a motion of poses is chosen."""
 PERIOD = 0.01
 """[s] of a recording's scenario, as of any other."""
 
@@ -36,7 +38,10 @@ BaseOption = Annotated[str | None, typer.Option("--base", help="Link or body tha
 AngleOption = Annotated[
     str | None, typer.Option("--angle", metavar="UNIT", help="rad or deg: of a table that does not say its unit.")
 ]
-TopicOption = Annotated[str | None, typer.Option("--topic", help="Of the joint states, where a bag has several.")]
+TopicOption = Annotated[
+    str | None,
+    typer.Option("--topic", help="Of the joint states, where a bag has several; or of poses of the tool alone."),
+]
 EpisodeOption = Annotated[int | None, typer.Option("--episode", help="Of a dataset with several.")]
 PeriodOption = Annotated[
     str | None,
@@ -65,12 +70,44 @@ def recorded(
     if not Path(recording).exists():
         raise InputError("--recording", repr(recording), "a file or folder that exists")
     try:
+        if topic is not None and _has_poses(Path(recording), topic):
+            return _of_poses(recording, arm, topic, step)
         return Recording.load(recording, arm=arm, angle=angle, topic=topic, episode=episode).scenario(period=step)
     except InputError as error:
         if error.argument not in ("angle", "topic", "episode", "period"):
             raise
         expected = error.expected.replace('angle="rad" or angle="deg"', "--angle rad or --angle deg")
         raise InputError(f"--{error.argument}", error.got, expected) from None
+
+
+def _has_poses(file: Path, topic: str) -> bool:
+    """Whether a topic of a bag has poses instead of joint states."""
+    from stillreach.recordings.poses import KINDS
+    from stillreach.recordings.rosbag import FILES, topic_kinds
+
+    return (file.is_dir() or file.suffix in FILES) and topic_kinds(file).get(topic) in KINDS
+
+
+def _of_poses(recording: str, arm: Arm, topic: str, period: float) -> Scenario:
+    """The scenario whose task is a recorded motion of the tool alone, from the most dexterous start that was found."""
+    import numpy as np
+
+    from stillreach._text import printable
+    from stillreach.recordings import Recording
+    from stillreach.simulation import Scenario
+
+    motion = Recording.tool_motion(recording, topic=topic)
+    first = np.eye(4)
+    assert motion.orientations is not None
+    first[:3, :3], first[:3, 3] = motion.orientations[0], motion.points[0]
+    found = arm.inverse(first, solutions=STARTS)
+    if not found.reached:
+        raise InputError("--recording", f"{recording!r}, whose first pose the arm does not reach", str(found))
+    starts = found.q[np.isfinite(found.q).all(axis=-1)].reshape(-1, arm.n)
+    start = starts[np.argmax(arm.manipulability(starts))]
+    return Scenario(
+        arm=arm, start=start, motion=motion, loop="closed", period=period, name=printable(Path(recording).stem)
+    )
 
 
 def scenario_or_recording(

@@ -140,6 +140,47 @@ class Recording:
         object.__setattr__(made, "cut", samples.cut)
         return made
 
+    @staticmethod
+    def tool_motion(
+        path: str | os.PathLike[str],
+        *,
+        topic: str | None = None,
+        frame: str | None = None,
+        child: str | None = None,
+        sort: bool = False,
+        largest_gap: float | None = None,
+    ) -> PoseTable:
+        """The motion of a tool from a rosbag2 that has its poses, and not joints, as a task.
+
+        Args:
+            path: folder or file with ``PoseStamped``, ``TransformStamped`` or ``TFMessage`` (extra ``recordings``).
+            topic: of the poses, where there are several; with ``/tf``, ``/tf_static`` counts as well.
+            frame: the arm's base, in which the poses are; None: the frame of the messages, or the root of the tree.
+            child: of transforms, the frame of the tool; None: the only end of the tree.
+            sort: put poses in the order of their times, and of several at one time keep the last.
+            largest_gap: [s] between two poses; None: 10 median steps, but at least 0.1 s.
+
+        Returns:
+            A motion whose first pose is at time 0: a scenario has to start there, e.g. at ``arm.inverse`` of it.
+
+        Raises:
+            InputError: if the file is not such a recording; the message says what to do.
+            FileNotFoundError: if it is missing.
+            MissingExtraError: if the package that reads it is not installed.
+        """
+        from stillreach.recordings.poses import read
+
+        file = Path(file_name("path", path))
+        if not file.exists():
+            raise FileNotFoundError(2, "no such recording", str(file))
+        if _reader(file).option != "topic":
+            raise InputError("path", repr(file.name), "a rosbag2 folder or file")
+        times, poses = read(file, topic, frame, child)
+        keep = _last_of_each(times) if sort else np.arange(len(times))
+        times, poses = times[keep] - times[keep[0]], poses[keep]
+        _check_times(times, "pose", 0, largest_gap)
+        return PoseTable(times, poses[:, :3, 3], orientations=poses[:, :3, :3])
+
     def __len__(self) -> int:
         return len(self.time)
 
@@ -248,10 +289,15 @@ def _named(arm: Arm, joints: Mapping[str, str]) -> dict[str, str]:
     return named
 
 
+def _last_of_each(times: FloatArray) -> npt.NDArray[np.intp]:
+    """Places of times (K,) in their order, of several at one time the last."""
+    order = np.argsort(times, kind="stable")
+    last: npt.NDArray[np.intp] = order[np.append(np.diff(times[order]) > 0.0, True)]
+    return last
+
+
 def _sorted(samples: Samples) -> Samples:
-    order = np.argsort(samples.time, kind="stable")
-    last = np.append(np.diff(samples.time[order]) > 0.0, True)
-    keep = order[last]
+    keep = _last_of_each(samples.time)
     return replace(samples, time=samples.time[keep], columns=samples.columns[keep])
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,6 +16,11 @@ from stillreach.errors import InputError, MissingExtraError
 from stillreach.recordings.samples import Samples
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
+POSE = "geometry_msgs/msg/PoseStamped"
+TRANSFORM = "geometry_msgs/msg/TransformStamped"
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+STATIC = "/tf_static"
+"""Transforms that do not change; they belong to those of any other topic."""
 FILES = (".mcap", ".db3")
 MAGIC = b"\x89MCAP0\r\n"
 
@@ -30,29 +35,58 @@ def read(file: Path, joints: Sequence[str], named: Mapping[str, str], topic: str
         InputError: if it is no bag, has no such messages, or a message has only some of the joints.
         MissingExtraError: if rosbags is not installed.
     """
+    stamps: list[int] = []
+    rows: list[list[float]] = []
+
+    def take(message: Any, received: int) -> None:
+        row = _row(message, joints, named, len(rows))
+        if row is not None:
+            stamps.append(stamp_of(message.header) or received)
+            rows.append(row)
+
+    cut = each(file, topic, (JOINT_STATE,), take)
+    if not rows:
+        wanted = listed([named.get(joint, joint) for joint in joints])
+        raise InputError("joints", f"no message with {wanted} in {file.name}", "messages with every joint of the arm")
+    time = np.array([stamp - stamps[0] for stamp in stamps], dtype=np.float64) * 1e-9
+    return Samples(time, np.array(rows, dtype=np.float64), ("rad",) * len(joints), "message", cut=cut)
+
+
+def stamp_of(header: Any) -> int:
+    """[ns]; 0 where there is none."""
+    return int(header.stamp.sec) * 10**9 + int(header.stamp.nanosec)
+
+
+def each(file: Path, topic: str | None, kinds: Sequence[str], take: Callable[[Any, int], None]) -> bool:
+    """Gives ``take`` the messages of a topic, which are of one of some types, and when each was received [ns].
+
+    Returns:
+        Whether the file has no end.
+
+    Raises:
+        InputError: if it is no bag, or has not one such topic.
+        MissingExtraError: if rosbags is not installed.
+    """
     try:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
     except ImportError as error:
         raise MissingExtraError("recordings", f"reading {file.name}") from error
     store = get_typestore(Stores.ROS2_HUMBLE)
-    stamps: list[int] = []
-    rows: list[list[float]] = []
-    cut = False
+    any_yet = False
     try:
         paths = _paths(file)
         try:
             with AnyReader(paths, default_typestore=store) as reader:
-                chosen = _chosen(file, reader.connections, topic)
-                for connection, received, data in reader.messages(chosen):
-                    message: Any = reader.deserialize(data, connection.msgtype)
-                    _add(message, received, joints, named, stamps, rows)
+                for connection, received, data in reader.messages(_chosen(file, reader.connections, topic, kinds)):
+                    take(reader.deserialize(data, connection.msgtype), received)
+                    any_yet = True
         except Exception as error:
-            if rows or isinstance(error, InputError) or not all(_begins(path) for path in _mcap_files(paths)):
+            if any_yet or isinstance(error, InputError) or not all(_begins(path) for path in _mcap_files(paths)):
                 raise
-            cut = True
-            for received, data in _left(file, paths, topic):
-                _add(store.deserialize_cdr(data, JOINT_STATE), received, joints, named, stamps, rows)
+            for received, data, kind in _left(file, paths, topic, kinds):
+                take(store.deserialize_cdr(data, kind), received)
+            return True
     except InputError:
         raise
     except Exception as error:  # rosbags and mcap have no common base of their errors
@@ -63,27 +97,7 @@ def read(file: Path, joints: Sequence[str], named: Mapping[str, str], topic: str
         raise InputError(
             "path", f"{file.name!r}: {said}", "a rosbag2 folder, or an MCAP or SQLite file of one"
         ) from None
-    if not rows:
-        wanted = listed([named.get(joint, joint) for joint in joints])
-        raise InputError("joints", f"no message with {wanted} in {file.name}", "messages with every joint of the arm")
-    time = np.array([stamp - stamps[0] for stamp in stamps], dtype=np.float64) * 1e-9
-    return Samples(time, np.array(rows, dtype=np.float64), ("rad",) * len(joints), "message", cut=cut)
-
-
-def _add(
-    message: Any,
-    received: int,
-    joints: Sequence[str],
-    named: Mapping[str, str],
-    stamps: list[int],
-    rows: list[list[float]],
-) -> None:
-    """Takes a message, if it has the joints; its time is that of its header, or when it was received [ns]."""
-    row = _row(message, joints, named, len(rows))
-    if row is not None:
-        stamp = message.header.stamp
-        stamps.append(stamp.sec * 10**9 + stamp.nanosec or received)
-        rows.append(row)
+    return False
 
 
 def _mcap_files(paths: Sequence[Path]) -> list[Path]:
@@ -100,30 +114,32 @@ def _begins(path: Path) -> bool:
         return opened.read(len(MAGIC)) == MAGIC
 
 
-def _left(file: Path, paths: Sequence[Path], topic: str | None) -> Iterator[tuple[int, bytes]]:
-    """Times [ns] and messages of MCAP files that a crash left without an end, in the order of the times."""
+def _left(
+    file: Path, paths: Sequence[Path], topic: str | None, kinds: Sequence[str]
+) -> Iterator[tuple[int, bytes, str]]:
+    """Times [ns], messages and types of MCAP files that a crash left without an end, in the order of the times."""
     try:
         from mcap.exceptions import McapError
         from mcap.records import Channel, Message, Schema
         from mcap.stream_reader import StreamReader
     except ImportError as error:
         raise MissingExtraError("recordings", f"reading {file.name}, which has no end,") from error
-    found: list[tuple[str, int, bytes]] = []
-    kinds: dict[int, str] = {}
+    found: list[tuple[int, bytes, str, str]] = []
     for path in _mcap_files(paths):
         schemas: dict[int, str] = {}
-        channels: dict[int, Channel] = {}
+        channels: dict[int, tuple[str, str]] = {}
         with path.open("rb") as opened, suppress(McapError, EOFError, OSError, ValueError, struct.error):
             for record in StreamReader(opened).records:
                 if isinstance(record, Schema):
                     schemas[record.id] = record.name
                 elif isinstance(record, Channel):
-                    channels[record.id], kinds[record.id] = record, schemas.get(record.schema_id, "")
-                elif isinstance(record, Message) and kinds[record.channel_id] == JOINT_STATE:
-                    found.append((channels[record.channel_id].topic, record.log_time, record.data))
-    topics = [SimpleNamespace(topic=name, msgtype=JOINT_STATE) for name in sorted({name for name, _, _ in found})]
-    wanted = {connection.topic for connection in _chosen(file, topics, topic)}
-    return iter(sorted(((time, data) for name, time, data in found if name in wanted), key=lambda pair: pair[0]))
+                    channels[record.id] = record.topic, schemas.get(record.schema_id, "")
+                elif isinstance(record, Message) and channels[record.channel_id][1] in kinds:
+                    name, kind = channels[record.channel_id]
+                    found.append((record.log_time, record.data, kind, name))
+    topics = [SimpleNamespace(topic=name, msgtype=kind) for name, kind in sorted({one[3:1:-1] for one in found})]
+    wanted = {connection.topic for connection in _chosen(file, topics, topic, kinds)}
+    return iter(sorted((one[:3] for one in found if one[3] in wanted), key=lambda one: one[0]))
 
 
 def _paths(file: Path) -> list[Path]:
@@ -138,18 +154,32 @@ def _paths(file: Path) -> list[Path]:
     return found
 
 
-def _chosen(file: Path, connections: Sequence[Any], topic: str | None) -> list[Any]:
+def _chosen(file: Path, connections: Sequence[Any], topic: str | None, kinds: Sequence[str]) -> list[Any]:
     """The connections of the topic."""
-    states = [connection for connection in connections if connection.msgtype == JOINT_STATE]
-    topics = sorted({connection.topic for connection in states})
+    fitting = [connection for connection in connections if connection.msgtype in kinds]
+    topics = sorted({connection.topic for connection in fitting} - {STATIC})
+    wanted = "joint states" if JOINT_STATE in kinds else "poses of a tool"
     if not topics:
         have = listed(sorted({f"{connection.topic} ({connection.msgtype})" for connection in connections}), 10)
-        raise InputError("topic", f"no {JOINT_STATE} in {file.name}, which has {have or 'no topics'}", "joint states")
+        raise InputError("topic", f"no {kinds[0]} in {file.name}, which has {have or 'no topics'}", wanted)
     if topic is None and len(topics) > 1:
-        raise InputError("topic", f"none of {len(topics)} with joint states", one_of(topics))
+        raise InputError("topic", f"none of {len(topics)} with {wanted}", one_of(topics))
     if topic is not None and topic not in topics:
         raise InputError("topic", repr(topic), one_of(topics, topic))
-    return [connection for connection in states if connection.topic == (topic or topics[0])]
+    chosen = topic or topics[0]
+    also = STATIC if any(one.topic == chosen and one.msgtype == TRANSFORMS for one in fitting) else chosen
+    return [connection for connection in fitting if connection.topic in (chosen, also)]
+
+
+def topic_kinds(file: Path) -> dict[str, str]:
+    """The type of each topic of a bag; empty where that cannot be read."""
+    try:
+        from rosbags.highlevel import AnyReader
+    except ImportError as error:
+        raise MissingExtraError("recordings", f"reading {file.name}") from error
+    with suppress(Exception), AnyReader(_paths(file)) as reader:
+        return {connection.topic: connection.msgtype for connection in reader.connections}
+    return {}
 
 
 def _row(message: Any, joints: Sequence[str], named: Mapping[str, str], number: int) -> list[float] | None:

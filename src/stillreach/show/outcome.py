@@ -11,7 +11,7 @@ from stillreach._door import FloatArray
 from stillreach.show.moments import label_rows, mark, moments
 from stillreach.show.scene import drawn_ticks, scene
 from stillreach.show.style import COLOURS, TITLE_LETTERS, in_picture, new_figure, styled
-from stillreach.show.timeline import timeline, timeline_rows
+from stillreach.show.timeline import timeline, timeline_rows, unknown
 from stillreach.simulation import Run
 from stillreach.simulation.account import apart
 from stillreach.simulation.commanded import commanded_in, deviation
@@ -66,6 +66,7 @@ def outcome(run: Run, found: Summary | None = None) -> Figure:
         axes += [figure.add_subplot(grid[k], sharex=axes[0]) for k in (1, 2, 3)]
         axes[0].set_xlim(0.0, max(float(run.time[-1]), scenario.period))
         off_target(axes[0], run, ticks, found)
+        unknown(axes[0], run, ticks)
         chosen = named_joints(run)
         rates(axes[1], run, chosen, ticks)
         values(axes[2], run, chosen, ticks)

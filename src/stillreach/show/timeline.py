@@ -85,6 +85,12 @@ def timeline(ax: Axes, run: Run, ticks: np.ndarray) -> None:
         ax.legend(handles=patches, loc="upper left", bbox_to_anchor=(1.02, 1.03), borderaxespad=0.0, handlelength=1.2)
 
 
+def unknown(ax: Axes, run: Run, ticks: np.ndarray) -> None:
+    """Shades the times at which the controller took a joint for what it is not."""
+    for begin, length in _spans(run.time[ticks], np.any(run.health != run.known, axis=1)[ticks]):
+        ax.axvspan(begin, begin + length, facecolor="0.9", edgecolor="0.6", linewidth=0, hatch=HATCH, zorder=0)
+
+
 def timeline_rows(run: Run) -> int:
     """Number of bars."""
     return len(run.joint_names) + len(_raised(run))
