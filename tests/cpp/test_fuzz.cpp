@@ -162,10 +162,10 @@ static void check_tick(const AnyController& c, const Numbers& q, const Numbers& 
   for (int i = 0; i < c.n; ++i) {
     const double rate = rates[i], period = c.s.period;
     const Fault& fault = c.faults[i];
-    if (fault.health == Health::LOCKED) expect(rate == 0.0, "a locked joint stands still", d);
+    const bool stands = fault.health == Health::LOCKED || fault.health == Health::FREE_SWINGING;
+    if (stands) expect(rate == 0.0, "a joint that is not commanded stands still", d);
     if (fault.health == Health::RUNAWAY) expect(rate == fault.number[0], "a runaway joint has its rate", d);
-    if (fault.health == Health::LOCKED || fault.health == Health::RUNAWAY || c.s.law.kind == LawKind::PSEUDOINVERSE)
-      continue;
+    if (stands || fault.health == Health::RUNAWAY || c.s.law.kind == LawKind::PSEUDOINVERSE) continue;
     const double left = fault.health == Health::DERATED ? fault.number[0] : 1.0;
     if (fault.health == Health::ONE_WAY)
       expect(rate * fault.number[0] >= 0.0, "a one-way joint keeps its direction", d);
@@ -205,10 +205,11 @@ static void any_target(const ControllerState& s, double* target) {
 }
 
 static Fault any_fault() {
-  const auto health = static_cast<Health>(below(6));
+  const auto health = static_cast<Health>(below(7));
   switch (health) {
     case Health::HEALTHY:
-    case Health::LOCKED: return {health, {}};
+    case Health::LOCKED:
+    case Health::FREE_SWINGING: return {health, {}};
     case Health::DERATED: return {health, {between(0, 1) * below(4) / 3, 0.0}};
     case Health::RUNAWAY: return {health, {number(any_style(false)), 0.0}};
     case Health::CONFINED: {
