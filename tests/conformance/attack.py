@@ -9,7 +9,7 @@ import stillreach as sr
 from tests.conformance.registry import ARMS
 
 INF = np.inf
-LOCKED, DERATED, RUNAWAY, CONFINED, ONE_WAY = list(sr.Health)[1:]
+LOCKED, DERATED, RUNAWAY, CONFINED, ONE_WAY, FREE_SWINGING = list(sr.Health)[1:]
 HALF_RANGE = 0.3
 """A confined joint has so much room on either side of its value."""
 SEGMENT = 25
@@ -92,11 +92,11 @@ def _faults(rng, n, ticks):
     for row in range(count):
         broken = [0, 0, int(rng.integers(0, n + 1)), n - 1, n][rng.integers(5)]
         chosen = rng.permutation(n)[:broken]
-        health[row, chosen] = rng.choice([LOCKED, LOCKED, DERATED, RUNAWAY, CONFINED, ONE_WAY], broken)
+        health[row, chosen] = rng.choice([LOCKED, FREE_SWINGING, DERATED, RUNAWAY, CONFINED, ONE_WAY], broken)
         value[row, chosen] = rng.choice([0.0, 0.1, 0.5, 1.0], broken)
     runs = health == RUNAWAY
     value[runs] = (value * rng.choice([-1.0, 1e-3, 1.0, 30.0], (count, n)))[runs]
-    value[health == LOCKED] = 0.0
+    value[(health == LOCKED) | (health == FREE_SWINGING)] = 0.0
     ways = health == ONE_WAY
     value[ways] = np.where(value > 0.2, 1.0, -1.0)[ways]
     return np.repeat(health, SEGMENT, axis=0), np.repeat(value, SEGMENT, axis=0)
@@ -140,7 +140,7 @@ def _no_numbers(rng, values):
 def without_choice(attack):
     """(K, n) which joints have one rate left by their fault."""
     none_left = (attack.health == DERATED) & (attack.value == 0.0)
-    return (attack.health == LOCKED) | (attack.health == RUNAWAY) | none_left
+    return np.isin(attack.health, (LOCKED, FREE_SWINGING, RUNAWAY)) | none_left
 
 
 def rate_bounds(attack):
