@@ -10,7 +10,7 @@ const MOTION_WORDS = { plan: "the task's motion", hold: "hold still", line: "lin
 export const SIZED = ["line", "circle", "eight"];
 const KEYS =
   "Space: pause. S: one tick. R: from the beginning. 1 to 9, 0: break or restore a joint. X: a random one. " +
-  "H: restore all. In “follow the pointer”: arrow keys and page up and down move the target.";
+  "H: restore all. Escape leaves a list or a slider; then, in “follow the pointer”, arrow keys and page up and down move the target.";
 
 function seconds(time) {
   if (time === Infinity) return "never";
@@ -31,14 +31,10 @@ export function jointRow(viewer, joint, i) {
   const state = make("span", { className: "state" }), value = make("span", { className: "value" });
   const rate = make("i"), worth = make("i");
   const bars = [
-    make("span", { className: "bar", title: "rate, as a share of its limit" }, rate),
+    make("span", { className: "bar", title: "how fast it moves, as a share of its limit" }, rate),
     make("span", { className: "bar worth", title: "manipulability that its loss would cost" }, worth),
   ];
-  const hit = (event) => {
-    viewer.hit(i);
-    if (event.detail) button.blur(); // by a pointer: the space bar goes on pausing
-  };
-  const button = make("button", { type: "button", className: "joint", onclick: hit }, sign, name, state, value, ...bars);
+  const button = make("button", { type: "button", className: "joint", title: joint.name, onclick: () => viewer.hit(i) }, sign, name, state, value, ...bars);
   return { button, sign, state, value, rate, worth };
 }
 
@@ -49,7 +45,7 @@ export function breaking(viewer) {
   const [delayRow] = slider("known after", options, (k) => (viewer.delay = DELAYS[k]));
   const button = (name, text, action) => make("button", { type: "button", className: name, onclick: action }, text);
   const buttons = make("div", { className: "buttons" }, button("random", "a random joint", () => viewer.random()), button("heal", "restore all", () => viewer.heal()));
-  const legend = make("p", { className: "soft" }, "Upper bar: rate, as a share of its limit. Lower bar: share of the manipulability that its loss would cost.");
+  const legend = make("p", { className: "soft" }, "Upper bar: how fast it moves, as a share of its limit, in the colour of its line below. Lower bar: share of the manipulability that its loss would cost.");
   const list = make("div", { className: "list" }, ...viewer.rows.map((row) => row.button));
   return make("section", { className: "joints" }, make("h2", {}, "Break a joint"), kindRow, delayRow, list, buttons, legend);
 }
@@ -59,8 +55,9 @@ export function motion(viewer) {
   const kinds = [...(parts.length ? ["plan"] : []), ...OWN, "drag"];
   const [row, select] = choice("the target", kinds.map((kind) => [kind, MOTION_WORDS[kind]]), (kind) => viewer.setMotion(kind), { className: "motion" });
   const again = () => viewer.setMotion(viewer.motionKind);
-  const [sizeRow, size] = slider("size", { min: 0.01, max: 0.4, step: 0.01, value: 0.1, shown: (x) => lengthOf(x * arm.reach) }, again);
-  const [timeRow, time] = slider("a round takes", { min: 1, max: 30, step: 0.5, value: 8, shown: (x) => `${x} s` }, again);
+  const { pace } = viewer.task;
+  const [sizeRow, size] = slider("size", { min: 0.01, max: 0.4, step: 0.01, value: pace.size, shown: (x) => lengthOf(x * arm.reach) }, again);
+  const [timeRow, time] = slider("a round takes", { min: 1, max: 60, step: 0.5, value: pace.seconds, shown: (x) => `${x} s` }, again);
   Object.assign(viewer, { motionSelect: select, sizeInput: size, timeInput: time, shapeRows: [sizeRow, timeRow] });
   viewer.select(kinds[0]);
   return make("section", {}, make("h2", {}, "Motion"), row, sizeRow, timeRow);

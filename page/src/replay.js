@@ -53,6 +53,7 @@ export class Replay {
       time,
       q: this.positions(run, time),
       rates: rows(run.rates),
+      moving: this.speeds(run, low),
       health: rows(run.health),
       known: rows(run.known),
       target,
@@ -74,14 +75,24 @@ export class Replay {
     return { found, fresh };
   }
 
+  // Rates at a row of a run; the real ones, from positions, where the controller did not know what a joint did.
+  speeds(run, row) {
+    const n = this.task.arm.joints.length, { period } = this.task;
+    const next = Math.min(row + 1, run.tick.length - 1), passed = (run.tick[next] - run.tick[row]) * period || Infinity;
+    return Float64Array.from({ length: n }, (_, i) => {
+      const at = row * n + i;
+      return run.health[at] === run.known[at] ? run.rates[at] : (run.q[next * n + i] - run.q[at]) / passed;
+    });
+  }
+
   // What the arm can do there, from the core.
   insight({ tick, q, rates, truth }) {
     const at = this.run.task;
     this.lookers[at] ??= new Simulation(this.module, this.task);
     const looker = this.lookers[at];
     looker.goOn(tick, q, rates, truth);
-    const { relative, costs, cost, lost, direction, sigma, axis } = looker.snapshot();
-    return { relative, costs, cost, lost, direction, sigma, axis };
+    const { relative, costs, cost, lost, direction, never, sigma, axis } = looker.snapshot();
+    return { relative, costs, cost, lost, direction, never, sigma, axis };
   }
 
   // The faults at a moment with their numbers, by joint.
@@ -111,8 +122,9 @@ export class Replay {
 
   // [times, shares of their limits [%] of each joint] of the run that is shown.
   shares() {
-    const { run, task } = this, n = task.limits.length;
+    const { run, task } = this;
     const share = (limit, rate) => (limit ? (100 * Math.abs(rate)) / limit : 0);
-    return [Array.from(run.tick, (t) => t * task.period), ...task.limits.map((limit, i) => Array.from(run.tick, (_, k) => share(limit, run.rates[k * n + i])))];
+    const speeds = Array.from(run.tick, (_, k) => this.speeds(run, k));
+    return [Array.from(run.tick, (t) => t * task.period), ...task.limits.map((limit, i) => speeds.map((row) => share(limit, row[i])))];
   }
 }

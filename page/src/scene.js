@@ -237,8 +237,8 @@ export class Solid {
       this.ellipsoid.matrix.makeBasis(...axes).setPosition(...at);
     }
     this.lost.forEach((sign, k) => {
-      sign.group.visible = shown.lost && !!found.direction && k < found.lost;
-      if (sign.group.visible) sign.point(at, Array.from(found.direction.slice(6 * k, 6 * k + 6)));
+      sign.group.visible = shown.lost && k < found.signs.length;
+      if (sign.group.visible) sign.point(at, found.signs[k]);
     });
     this.actual.line.visible = this.wanted.line.visible = shown.trail;
     for (let k = 0; k + 5 < (found.trail?.length ?? 0); k += 6) {
@@ -269,7 +269,9 @@ export class Solid {
     const points = [];
     this.arm.chain.forEach((link, k) => {
       if (link.joint !== joint) return;
-      for (const share of [0.45, -0.45, 0.3, -0.3, 0]) points.push(new Vector3(0, share, 0).applyMatrix4(this.body.drums[k].matrixWorld).toArray());
+      for (const share of [0.45, -0.45, 0.3, -0.3, 0])
+        for (const [x, z] of [[0, 0], [0.9, 0], [-0.9, 0], [0, 0.9], [0, -0.9]])
+          points.push(new Vector3(x, share, z).applyMatrix4(this.body.drums[k].matrixWorld).toArray());
     });
     return points;
   }

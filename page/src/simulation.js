@@ -72,14 +72,13 @@ export class Simulation {
 
   // A joint fails now, or is whole again; the controller knows after so many ticks (Infinity: never).
   fail(joint, fault, ticks) {
-    this.known = this.known.filter((change) => change.joint !== joint);
-    this.changes = this.changes.filter((change) => change.joint !== joint);
+    this.known = this.known.filter((change) => change.joint !== joint || !change.own); // those of the plan stay
     this.set(joint, fault, ticks === 0);
     this.changed();
     if (ticks === 0) return;
     this.delayed = true;
     if (ticks === Infinity) return;
-    this.known.push({ tick: this.tick + ticks, joint, ...fault });
+    this.known.push({ tick: this.tick + ticks, joint, own: true, ...fault });
     this.known.sort((a, b) => a.tick - b.tick);
   }
 
@@ -165,9 +164,24 @@ export class Simulation {
     return this.seen;
   }
 
+  // Directions that the tool would not have here even with every joint whole: 6 numbers each.
+  neverHad() {
+    const { core, truth } = this, broken = truth.flatMap((fault, joint) => (fault.health ? [joint] : []));
+    for (const joint of broken) core.exports.fail(joint, 0, 0, 0, 0);
+    core.look();
+    for (const joint of broken) core.exports.fail(joint, 0, truth[joint].health, truth[joint].first, truth[joint].second);
+    return core.direction.slice(0, 6 * core.lost[0]);
+  }
+
+  // How fast the joints really move: as commanded, but where the controller does not know what a joint does.
+  speeds(rates, health, known, before) {
+    return rates.map((rate, i) => (health[i] === known[i] ? rate : (this.core.q[i] - before[i]) / this.task.period));
+  }
+
   take() {
     const { core, ghost, task, row } = this;
     const { n } = core;
+    const never = this.neverHad();
     core.look();
     const last = (name, size) => core[`record.${name}`].slice(row * size, row * size + size);
     const found = {
@@ -178,6 +192,7 @@ export class Simulation {
       q: core.q.slice(),
       measured: last("measured", n),
       rates: last("rates", n),
+      moving: this.speeds(last("rates", n), last("health", n), last("known", n), last("q", n)),
       lower: last("lower", n),
       upper: last("upper", n),
       health: last("health", n),
@@ -200,6 +215,7 @@ export class Simulation {
       cost: core.cost.slice(),
       lost: core.lost[0],
       direction: core.direction.slice(0, 6 * core.lost[0]),
+      never,
       sigma: core.sigma.slice(),
       axis: core.axis.slice(),
       ghost: ghost.q.slice(),

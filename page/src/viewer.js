@@ -6,19 +6,21 @@ import * as panels from "./panels.js";
 import { Plot } from "./plots.js";
 import { Replay } from "./replay.js";
 import { Solid } from "./scene.js";
-import { angleOf, flags, lengthOf, number, status, valueOf } from "./words.js";
+import { angleOf, flags, lengthOf, missing, number, status, valueOf } from "./words.js";
 
 const AFTER = 1; // [s] that a task goes on after its end before it is paused
 const HELD = 4000; // [ms] for which a message stays
-const EVERY = 6; // frames between two texts and plots
+const EVERY = 6; // frames between two plots
+const TOLD = 100; // [ms] between two texts
 const STATE_SIGN = ["●", "■", "◐", "▲", "◇", "▶", "○"]; // by health: shape as well as colour
+const SPEEDS = "half axes of the ellipsoid of the tool's speeds, for joint rates of norm 1 in units of their limits";
 const WHOLE = { health: 0, first: 0, second: 0 };
 
 const THEMES = {
   light: { paper: "#f7f9fb", ink: "#1d2430", soft: "#5b6675", grid: "#d5dbe2", link: "#c9d1da", ghost: "#7f93ab", joint: "#66788c", target: "#2f74c0", actual: "#c8501e", bad: "#b3261e" },
   dark: { paper: "#12161c", ink: "#e6eaf0", soft: "#9aa6b5", grid: "#2a323d", link: "#aab5c2", ghost: "#8fa6c2", joint: "#71839a", target: "#5aa0ea", actual: "#f0863c", bad: "#ff7b6e" },
 };
-const HEALTH_COLOURS = ["#66788c", "#d0342c", "#e09a2a", "#b455b8", "#b58a4a", "#d9689c"];
+const HEALTH_COLOURS = ["#66788c", "#d0342c", "#e09a2a", "#b455b8", "#b58a4a", "#d9689c", "#6f62c4"];
 const LINE_COLOURS = ["#2f74c0", "#c8501e", "#2f8d4f", "#9a4f9f", "#a3891f", "#4aa3a8", "#d0342c", "#7a6bc0"];
 
 export class Viewer {
@@ -61,17 +63,19 @@ export class Viewer {
     this.heading = make("h1", {}, task.title);
     this.rows = task.arm.joints.map((joint, i) => panels.jointRow(this, joint, i));
     this.facts = make("dl", { className: "facts" });
-    const stage = make("div", { className: "stage" }, this.canvas, this.tags, panels.looks(this));
+    this.looks = panels.looks(this);
+    const stage = make("div", { className: "stage" }, this.canvas, this.tags, this.looks);
     this.plotBoxes = [make("div", { className: "plot" }), make("div", { className: "plot" })];
     const left = make("div", { className: "left" }, stage, panels.transport(this), make("div", { className: "plots" }, ...this.plotBoxes));
     this.settingsBox = make("div", {}, panels.motion(this), panels.control(this));
-    const now = make("section", {}, make("h2", {}, "Now"), this.facts);
+    const now = make("section", { className: "now" }, make("h2", {}, "Now"), this.facts);
     const right = make("aside", { className: "panel" }, panels.breaking(this), this.settingsBox, now, panels.notes(this));
     this.box.append(make("header", {}, this.heading, this.sentence), make("main", {}, left, right));
     this.startScene();
     this.follow();
     const hears = document.body.classList.contains("app") ? window : this.box; // a page around it keeps its own keys
     hears.addEventListener("keydown", (event) => this.key(event));
+    this.freeKeys();
     new ResizeObserver(() => this.resize()).observe(stage);
     new ResizeObserver(() => this.plots?.forEach((plot) => plot.size())).observe(this.plotBoxes[0]);
     this.resize();
@@ -95,6 +99,15 @@ export class Viewer {
     this.canvas.addEventListener("pointercancel", (event) => this.release(event));
   }
 
+  // What was used by a pointer does not keep the keyboard, so that the space bar goes on pausing.
+  freeKeys() {
+    let byPointer = false;
+    const free = () => byPointer && document.activeElement?.matches("#viewer button, #viewer input, #viewer select") && document.activeElement.blur();
+    this.box.addEventListener("pointerdown", () => (byPointer = true), true);
+    window.addEventListener("keydown", () => (byPointer = false), true);
+    for (const what of ["click", "change"]) this.box.addEventListener(what, (event) => event.target.matches("select") && what === "click" ? undefined : free());
+  }
+
   // Light or dark, as the reader's system has it.
   follow() {
     const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -110,7 +123,8 @@ export class Viewer {
   makePlots() {
     const { colours, data, task } = this, replay = this.mode === "replay";
     const runs = data.runs.map((run, k) => [short(run.label), LINE_COLOURS[k % LINE_COLOURS.length], k ? [6, 3] : undefined]);
-    const joints = task.arm.joints.map((joint, i) => [joint.name, LINE_COLOURS[i % LINE_COLOURS.length]]);
+    const joints = task.arm.joints.map((joint, i) => [short(joint.name, 12), LINE_COLOURS[i % LINE_COLOURS.length]]);
+    this.rows.forEach((row, i) => (row.rate.style.background = joints[i][1]));
     this.plots?.forEach((plot) => plot.plot.destroy());
     this.plots = [
       new Plot(this.plotBoxes[0], "tool from its target", "mm", replay ? runs : [["distance", LINE_COLOURS[0]]], colours, 0.1),
@@ -134,7 +148,9 @@ export class Viewer {
 
   resize() {
     const { clientWidth, clientHeight } = this.canvas.parentElement;
-    if (clientWidth && clientHeight) this.scene.resize(clientWidth, clientHeight, devicePixelRatio || 1);
+    if (!clientWidth || !clientHeight) return;
+    this.scene.resize(clientWidth, clientHeight, devicePixelRatio || 1);
+    if (this.latest?.signs) this.scene.draw({ ...this.latest, trail: new Float32Array(0) }, this.shown); // it was cleared
   }
 
   // ---------------------------------------------------------------- what the reader does
@@ -164,7 +180,8 @@ export class Viewer {
     this.scene.clear();
     this.send("restart");
     this.plots.forEach((plot) => plot.clear());
-    this.select(this.task.parts.length ? "plan" : "hold");
+    this.select(this.task.parts.length ? "plan" : "circle");
+    if (!this.task.parts.length) this.shape();
   }
 
   // A click on a joint: it fails as chosen, or is whole again.
@@ -209,13 +226,17 @@ export class Viewer {
     const same = kind === this.motionKind;
     this.goal = undefined;
     this.select(kind);
-    const [right, up] = this.scene.plane();
-    const { reach } = this.task.arm;
-    const size = kind === "drag" ? 0.6 * reach : Number(this.sizeInput.value) * reach;
     if (!same) this.scene.clear();
     if (kind === "plan") this.plots.forEach((plot) => plot.clear());
-    this.send("motion", { kind, right, up, size, seconds: Number(this.timeInput.value) });
+    this.shape();
     if (!this.playing) this.run(true);
+  }
+
+  // The motion that is chosen, in the plane of the screen.
+  shape() {
+    const kind = this.motionKind, [right, up] = this.scene.plane(), { reach } = this.task.arm;
+    const size = kind === "drag" ? 0.6 * reach : Number(this.sizeInput.value) * reach;
+    this.send("motion", { kind, right, up, size, seconds: Number(this.timeInput.value) });
   }
 
   settings(changed) {
@@ -228,6 +249,7 @@ export class Viewer {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const within = event.target.closest?.("input, select, summary, button");
     const key = event.key.toLowerCase();
+    if (key === "escape") return document.activeElement?.blur();
     if (within?.matches("select") || (key === " " && within)) return;
     if (within?.matches("input") && !/^[a-z]$/.test(key)) return;
     const digit = key.length === 1 ? "1234567890".indexOf(key) : -1;
@@ -365,7 +387,7 @@ export class Viewer {
     if (over && !this.over) this.run(false);
     this.over = over;
     this.plots[0].add(found.time, [1000 * found.worst[0]]);
-    this.plots[1].add(found.time, Array.from(found.rates, (rate, i) => 100 * this.shareOf(rate, i)));
+    this.plots[1].add(found.time, Array.from(found.moving, (rate, i) => 100 * this.shareOf(rate, i)));
     if (this.frames % EVERY === 0) this.plots.forEach((plot) => plot.show());
   }
 
@@ -400,24 +422,28 @@ export class Viewer {
 
   show(found) {
     const { task } = this;
+    found.signs = missing(found, task);
     this.scene.draw(found, this.shown);
     ++this.frames;
     this.label(found);
-    this.clock.textContent = `${found.time.toFixed(task.period < 0.01 ? 3 : 2)} s`;
+    this.clock.textContent = `${found.time.toFixed(task.period < 0.01 ? 3 : 2)} s, ${lengthOf(found.off[0])} off`;
     this.rows.forEach((row, i) => {
       const state = found.health[i], known = found.known[i];
       row.button.classList.toggle("broken", state !== 0 || known !== 0);
       row.button.setAttribute("aria-pressed", String(state !== 0));
       row.sign.textContent = STATE_SIGN[state];
       row.sign.style.color = this.colours.health[state];
-      const doubt = known === state ? "" : state ? ", not known yet" : `works, taken for ${task.words.health[known]}`;
+      const doubt = known === state ? "" : state ? ", unknown" : `works, taken for ${task.words.health[known]}`;
       const words = (state ? task.words.health[state] : "") + doubt;
       if (row.state.textContent !== words) row.state.textContent = words;
       row.value.textContent = valueOf(found.q[i], task.arm.joints[i].unit);
-      row.rate.style.width = `${Math.min(100, 100 * this.shareOf(found.rates[i], i))}%`;
+      row.rate.style.width = `${Math.min(100, 100 * this.shareOf(found.moving[i], i))}%`;
       row.worth.style.width = `${100 * (1 - found.relative[i])}%`;
     });
-    if (this.frames % EVERY === 1) this.describe(found);
+    const now = performance.now(), jumped = !this.playing && found.tick !== this.toldOf;
+    if (now - (this.told ?? 0) < TOLD && !jumped) return;
+    Object.assign(this, { told: now, toldOf: found.tick });
+    this.describe(found);
   }
 
   // The sentence and the numbers.
@@ -426,6 +452,7 @@ export class Viewer {
     if (this.replay) {
       this.goOnButton.hidden = !replay;
       this.backButton.hidden = replay;
+      this.slider.parentElement.hidden = !replay;
     }
     this.ghostBox.hidden = replay && !found.ghost;
     this.ghostName.textContent = replay ? "other run" : "healthy arm";
@@ -433,11 +460,10 @@ export class Viewer {
     const entries = [
       ["tool from its target", `${lengthOf(found.off[0])}, ${angleOf(found.off[1])}`],
       ["limits", flags(found.status, task)],
-      ["fastest direction", `${lengthOf(found.sigma[0])}/s`],
-      ["slowest direction", `${lengthOf(found.sigma[2])}/s`],
+      ["axes of its speeds", found.sigma.reduce((text, axis) => `${text}${text && ", "}${lengthOf(axis * (replay ? 1 : this.share))}/s`, ""), SPEEDS],
     ];
-    if (!replay) entries.push(["damping", number(found.damping)], ["of the command", `${number(100 * found.scale)} %`]);
-    this.facts.replaceChildren(...entries.flatMap(([name, text]) => [make("dt", {}, name), make("dd", {}, text)]));
+    if (!replay) entries.push(["damping", number(found.damping), "of the law"], ["done of the command", `${number(100 * found.scale)} %`, "keep-direction slows the whole command"]);
+    this.facts.replaceChildren(...entries.flatMap(([name, text, title = ""]) => [make("dt", { title }, name), make("dd", {}, text)]));
   }
 
   // Names beside the joints, broken ones first, where there is room.
@@ -446,7 +472,7 @@ export class Viewer {
     if (this.tags.childElementCount !== chain.length) this.tags.replaceChildren(...chain.map(() => make("span")));
     this.tags.hidden = !this.shown.names;
     if (!this.shown.names) return;
-    const { clientWidth, clientHeight } = this.canvas, taken = [];
+    const { clientWidth, clientHeight } = this.canvas, taken = [], top = this.looks.offsetTop + this.looks.offsetHeight + 10;
     const order = chain.map((_, k) => k).sort((a, b) => (found.health[chain[b].joint] !== 0) - (found.health[chain[a].joint] !== 0));
     for (const k of order) {
       const { joint } = chain[k], state = found.health[joint], tag = this.tags.children[k];
@@ -454,7 +480,7 @@ export class Viewer {
       if (tag.textContent !== text) tag.textContent = text;
       tag.className = state ? "broken" : "";
       const [x, y, seen] = this.scene.project(this.scene.station(k)), width = 7 * text.length + 14;
-      const fits = ([u, v]) => seen && u > 0 && v > 20 && u + width < clientWidth && v < clientHeight - 8 && !taken.some(([a, b, wide]) => u < a + wide && a < u + width && Math.abs(b - v) < 17);
+      const fits = ([u, v]) => seen && u > 0 && v > top && u + width < clientWidth && v < clientHeight - 8 && !taken.some(([a, b, wide]) => u < a + wide && a < u + width && Math.abs(b - v) < 17);
       const at = [x, x - width].flatMap((u) => [y, y + 17, y - 17, y + 34].map((v) => [u, v])).find(fits);
       tag.hidden = at === undefined;
       if (tag.hidden) continue;
@@ -475,8 +501,8 @@ export class Viewer {
   }
 }
 
-function short(label) {
-  return label.length > 24 ? `${label.slice(0, 23)}…` : label;
+function short(label, most = 24) {
+  return label.length > most ? `${label.slice(0, most - 1)}…` : label;
 }
 
 function pointOf(pose) {

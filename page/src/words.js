@@ -40,11 +40,39 @@ export function direction(twist) {
   return parts.join(" with ");
 }
 
+const FAR = 0.01, FAR_TURN = 0.035; // of the reach, [rad]: so far from its target that it is said
+
 function list(names) {
   return names.length < 2 ? names.join("") : `${names.slice(0, -1).join(", ")} and ${names[names.length - 1]}`;
 }
 
 const row = (array, k) => array.subarray(6 * k, 6 * k + 6);
+const rowsOf = (array) => Array.from({ length: array.length / 6 }, (_, k) => Array.from(row(array, k)));
+
+// The directions among some that are at right angles to others: unit vectors.
+function besides(some, others) {
+  const basis = [], found = [];
+  const take = (given, kept) => {
+    let v = given;
+    for (const known of basis) {
+      const along = known.reduce((sum, x, r) => sum + x * v[r], 0);
+      v = v.map((x, r) => x - along * known[r]);
+    }
+    const size = Math.hypot(...v);
+    if (size < 0.1) return;
+    basis.push(v.map((x) => x / size));
+    kept?.push(basis[basis.length - 1]);
+  };
+  others.forEach((v) => take(v));
+  some.forEach((v) => take(v, found));
+  return found;
+}
+
+// Directions that faults took, and those that this position takes of an arm that has them all elsewhere.
+export function missing(found, task) {
+  const never = rowsOf(found.never);
+  return [...besides(rowsOf(found.direction), never), ...(task.never ? [] : never)];
+}
 
 // What is broken, what that costs, and what the next loss would cost. Costs are those of the true faults.
 export function status(found, task) {
@@ -56,13 +84,18 @@ export function status(found, task) {
   const parts = [broken.length ? list(broken.map((i) => `${names[i]} ${health[found.health[i]]}`)) : "All joints work"];
   if (missed.length) parts.push(`the controller does not know about ${list(missed)}`);
   if (mistaken.length) parts.push(`the controller takes ${list(mistaken)} for broken`);
-  const task_ = task.rows.length === 6 ? "the full pose" : "the task";
-  if (found.lost) {
-    const lost = Array.from({ length: found.lost }, (_, k) => direction(row(found.direction, k)));
-    parts.push(`${broken.length ? "the tool has lost" : "in this position the tool cannot do"} ${list(lost)}`);
-    return `${parts.join("; ")}.`;
+  const rows = task.rows.length, has = rows - task.never;
+  const what = task.never ? `motion in the ${has === 1 ? "one direction" : `${has} directions`} of this arm` : rows === 6 ? "the full pose" : "the task";
+  const never = rowsOf(found.never), lost = besides(rowsOf(found.direction), never);
+  const far = found.off[0] > FAR * task.arm.reach || found.off[1] > FAR_TURN;
+  if (far) parts.push(`the tool is ${lengthOf(found.off[0])} and ${angleOf(found.off[1])} from its target`);
+  if (never.length > task.never) {
+    if (task.never) parts.push(`in this position it has ${never.length - task.never} of its ${has} directions less`);
+    else parts.push(`in this position the tool cannot do ${list(never.map(direction))}`);
   }
-  parts.push(`${task_} is ${broken.length ? "still " : ""}possible`);
+  if (lost.length) parts.push(`the tool has lost ${list(lost.map(direction))}`);
+  if (lost.length || never.length > task.never) return `${parts.join("; ")}.`;
+  parts.push(`${what} is ${broken.length ? "still " : ""}possible${far ? " here" : ""}`);
   const critical = names.map((_, i) => i).filter((i) => found.costs[i] > 0);
   const next = broken.length ? "next " : "";
   if (critical.length) {

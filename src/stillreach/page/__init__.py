@@ -121,11 +121,21 @@ def run_page(*runs: Run) -> Page:
 
 
 def _labels(runs: Sequence[Run]) -> list[str]:
-    """What the page calls each run: its title, after a number and its law where titles are the same."""
+    """What the page calls each run: its title; where titles are the same, a number and what differs."""
     titles = [run.scenario.title for run in runs]
     if len(set(titles)) == len(runs):
         return titles
-    return [f"{k}: {run.scenario.law.word}, {run.scenario.title}" for k, run in enumerate(runs, 1) if run.scenario.law]
+    laws = [run.scenario.law.word if run.scenario.law else "" for run in runs]
+    faults = [
+        ", ".join(
+            f"{run.joint_names[run.scenario.arm.joint_index(fault.joint)]} {fault.kind.word}"
+            for fault in run.scenario.faults
+        )
+        or "no fault"
+        for run in runs
+    ]
+    differ = [texts for texts in (laws, faults) if len(set(texts)) > 1] or [titles]
+    return [f"{k}: {', '.join(texts)}" for k, texts in enumerate(zip(*differ, strict=True), 1)]
 
 
 def page_of(*scenarios: Scenario, planned: bool, replays: Sequence[Noted] = ()) -> Page:

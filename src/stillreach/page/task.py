@@ -11,6 +11,7 @@ import numpy as np
 
 from stillreach._door import FloatArray
 from stillreach.arm.dexterity import full_rates
+from stillreach.arm.limits import sampling_range
 from stillreach.errors import InputError
 from stillreach.laws import LAWS, Law
 from stillreach.null_motions import Centring, Gradient, Manipulability, NullMotion, Posture, Tolerance
@@ -25,6 +26,10 @@ from stillreach.tolerance.failures import KINDS
 
 MOST_TICKS = 100_000
 """Largest number of ticks whose commands a page holds."""
+SAMPLES, NOTHING = 64, 1e-6
+"""Configurations of a sample, and the share of the largest singular value below which one counts as 0."""
+SIZE, SHORTEST, LONGEST, EASE = 0.1, 8.0, 60.0, 0.5
+"""Of the page's own motions: size as a share of the reach, times of a round [s], the share of the arm's speed."""
 NULL_RATE = 0.3
 """Largest rate of a page's own null motions, as a share of the median velocity limit."""
 
@@ -67,6 +72,8 @@ def task_of(scenario: Scenario, *, planned: bool) -> tuple[dict[str, Any], list[
         ],
         "changes": changes_of(plan.changes) if planned else [],
         "known": changes_of(plan.known) if planned else [],
+        "never": _never(scenario),
+        "pace": _pace(scenario),
         "asked": asked(task).ravel(),
         "rows": list(task.indices),
         "alongTool": along_tool(task),
@@ -78,6 +85,27 @@ def task_of(scenario: Scenario, *, planned: bool) -> tuple[dict[str, Any], list[
             "status": [[bit, IN_WORDS[flag]] for flag in IN_WORDS if (bit := int(flag))],
         },
     }, notes
+
+
+def _never(scenario: Scenario) -> int:
+    """Directions of the task that the arm has nowhere, because it has too few joints or they do not serve them."""
+    arm, task = scenario.arm, scenario.task
+    assert task is not None
+    low, high = sampling_range(arm.kinds, *arm.position_limits.T)
+    q = low + np.random.default_rng(0).uniform(0.2, 0.8, (SAMPLES, arm.n)) * (high - low)
+    sigma = arm.singular_values(q, task)
+    return len(task.indices) - int(np.max(np.sum(sigma > NOTHING * np.max(sigma), axis=1)))
+
+
+def _pace(scenario: Scenario) -> dict[str, float]:
+    """Size, as a share of the reach, and time [s] of a round of the page's own motions that the arm can follow."""
+    arm = scenario.arm
+    columns = arm.jacobian(scenario.start)[:3] * full_rates(arm.velocity_limits)
+    sigma = np.linalg.svd(columns, compute_uv=False)
+    moving = sigma[sigma > 0.01 * sigma[0]] if sigma[0] > 0.0 else np.ones(1)
+    round_of = 2.0 * math.pi * min(arm.reach, 1e6) / (EASE * float(moving[-1]))  # [s] of a circle as large as the reach
+    size = min(SIZE, max(0.01, math.floor(100.0 * LONGEST / round_of) / 100.0))
+    return {"size": size, "seconds": min(max(SHORTEST, math.ceil(2.0 * size * round_of) / 2.0), LONGEST)}
 
 
 def kinematics_of(scenario: Scenario) -> dict[str, Any]:
