@@ -44,7 +44,7 @@ LIVE = """
 """
 """The arm on the front page."""
 ELSEWHERE = {r"\]\((?:\.\./)?examples/\w+\.py\)": "](examples.md)", r"\]\(\.\./ARCHITECTURE\.md": "](architecture.md"}
-"""Links to files that are no pages, and the pages that show them."""
+"""Links to files outside the site, and the pages that show them."""
 
 
 def setup(app):

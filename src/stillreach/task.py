@@ -273,7 +273,7 @@ def task_of(
     """
     chosen_task = Task() if task is None else task
     if not isinstance(chosen_task, Task):
-        raise InputError("task", _door.describe(chosen_task), "stillreach.Task")
+        raise InputError("task", _door.describe(chosen_task), "a Task, such as Task('position')")
     if weights is not None and chosen_task.weights is not None and weights is not chosen_task.weights:
         raise InputError("weights", "different weights of law and task", "weights in one of them")
     prismatic = [joint.kind == "prismatic" for joint in arm.joints]

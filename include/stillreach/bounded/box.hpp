@@ -240,7 +240,7 @@ inline int choose_release(Rows<M> m, Box& b, const Inner& in, double rhs_size, b
     settled = dot(m, in.residual, in.residual) <= kRounding * kRounding * size * size;
     floor = 1e-16 * size;
   }
-  if (!settled) {  // how orthogonal the residual came out to the free columns tells how well it is known
+  if (!settled) {  // how far the residual is from orthogonal to the free columns is how well it is known
     double along = 0.0, longest = 0.0;
     for (int i = 0; i < b.k; ++i) {
       if (b.state[i] != 0) continue;

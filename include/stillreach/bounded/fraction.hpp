@@ -229,8 +229,8 @@ inline void start_ray(Rows<M> m, const double* normal, Box& b, Ray& ray) {
   for (int j = 0; j < ray.count; ++j) b.state[ray.column[j]] = 0;
 }
 
-// The largest s, with its z in b.z and the sides of its columns in b.state; infinite where there is none (negative) or
-// no end (positive). normal: of a plane that may be near.
+// The largest s, with its z in b.z and the sides of its columns in b.state; minus infinity where no s fits, infinity
+// where all do. normal: of a plane that may be near.
 template <int M>
 inline STILLREACH_NOINLINE double end_of_ray(Rows<M> m, const double* normal, double* room, Box& b, Ray& ray) {
   start_ray(m, normal, b, ray);

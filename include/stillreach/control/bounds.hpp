@@ -119,8 +119,8 @@ STILLREACH_INLINE bool narrow(ControllerState& c, int i, double down, double up,
 // Narrows the bounds of joint i to the acceleration window around its last rate. False where there is no rate in both:
 // the bounds stand.
 STILLREACH_INLINE bool narrow_to_window(ControllerState& c, int i, double slowest, double fastest, double step) {
-  // A joint that brakes along the curve has one rate left up to rounding, to either side: that is no contradiction, and
-  // no room.
+  // A joint that brakes along the curve has one rate left up to rounding, to either side: that counts as neither a
+  // contradiction nor room.
   const double slack = 1e-9 * step;
   if (slowest > c.upper[i] - slack) {
     c.lower[i] = c.upper[i];

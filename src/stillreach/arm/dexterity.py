@@ -124,7 +124,7 @@ def spectra(
 def checked_task(task: Any) -> None:
     """Raises InputError unless the value is a task or None."""
     if task is not None and not isinstance(task, Asked):
-        raise InputError("task", _door.describe(task), "stillreach.Task, or None for all six rows")
+        raise InputError("task", _door.describe(task), "a Task, such as Task('position'), or None for all six rows")
 
 
 def _chosen(arm: Arm, joints: Any) -> tuple[int, ...]:

@@ -167,7 +167,7 @@ def quoted(text: str) -> str:
 
 
 def _refuse_options(task: str, recording: str | None, options: dict[str, Any]) -> None:
-    """Raises InputError for options of a recording where there is none."""
+    """Raises InputError for options of a recording without a recording."""
     from stillreach.errors import InputError
 
     if recording is None:

@@ -53,7 +53,7 @@ def read(file: Path, joints: Sequence[str], named: Mapping[str, str], topic: str
 
 
 def stamp_of(header: Any) -> int:
-    """[ns]; 0 where there is none."""
+    """The stamp [ns]; 0 if it was not set."""
     return int(header.stamp.sec) * 10**9 + int(header.stamp.nanosec)
 
 

@@ -152,7 +152,7 @@ class _Plant:
 
 
 class _Moving:
-    """An arm that is no kinematic plant, a tick at a time."""
+    """An arm of any plant but the kinematic one, a tick at a time."""
 
     def __init__(self, moving: Moving, joints: int) -> None:
         self._moving = moving

@@ -236,7 +236,7 @@ class _Worker:
 
 
 def _outside(record: Mapping[str, np.ndarray], first: int) -> tuple[int, int]:
-    """The first tick, from one on, whose rates are outside their bounds, and the joint; -1 where there is none."""
+    """The first tick, from one on, whose rates are outside their bounds, and the joint; or -1, -1."""
     rates, lower, upper = (record[name][first:] for name in ("rates", "lower", "upper"))
     room = OVER * (upper - lower)
     out = (rates < lower - room) | (rates > upper + room)
