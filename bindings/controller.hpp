@@ -23,6 +23,7 @@ struct Controller {
   std::vector<double> measured, proposed;  // leased to one call at a time
   std::vector<std::int8_t> active;
   stillreach::Answer answer{};
+  std::int64_t ticks = 0;            // so far
   nb::object gradient;               // the null motion's, evaluated before each tick; invalid without one
   std::unique_ptr<NullMotion> next;  // the null motion from the next tick on, where it was set since the last one
   nb::object labels;                 // _door.Labels of the joints
@@ -36,6 +37,7 @@ struct Controller {
       state.uneven = 1;
     }
     kernel().tick(state, q, twist, target, scratch.memory(), answer);
+    ++ticks;
     state.period = own;
     state.uneven = 0;
   }

@@ -8,7 +8,8 @@
 struct Recorder {
   Controller* c;  // kept alive by the recorder
   long capacity, width;
-  std::vector<double> rows;
+  std::vector<double> rows, spare;
+  std::int64_t seen = 0;  // ticks of the controller, when one was recorded last
   bool open = true;
   std::atomic<long> written{0}, taken{0}, dropped{0};
 };
@@ -36,6 +37,8 @@ static void make_recorder(Recorder* self, Controller& c, long capacity) {
   self->c = &c;
   self->capacity = capacity;
   self->width = row_width(c.n());
+  self->seen = c.ticks;
+  self->spare.assign(to_size(self->width), 0.0);
   self->rows.assign(to_size(capacity * self->width), 0.0);
 }
 
@@ -47,31 +50,30 @@ static bool add(Recorder& r, nb::handle q, nb::handle target, nb::handle time) {
   double frame[12];
   if (!target.is_none()) read_target("target", target, frame);
   const std::int64_t stamp = time.is_none() ? now() : read_time(time);
+  double* to = room ? r.rows.data() + (written % r.capacity) * r.width : r.spare.data();
+  read_vector("q", q, n, to + 1, false, c.labels);
   if (!room) {
     r.dropped.fetch_add(1, std::memory_order_relaxed);
     return false;
   }
-  double* to = r.rows.data() + (written % r.capacity) * r.width;
-  read_vector("q", q, n, to + 1, false, c.labels);
   std::memcpy(to, &stamp, sizeof stamp);
   to += 1 + n;
-  const auto put = [&to](const double* from, int count) {
-    std::copy_n(from, count, to);
+  const auto put = [&to](const double* from, int count, bool there) {
+    if (there)
+      std::copy_n(from, count, to);
+    else
+      std::fill_n(to, count, std::nan(""));
     to += count;
   };
-  const double* const R = c.state.pose;
-  const bool valid = !(c.answer.status & stillreach::INVALID_INPUT) && (R[0] != 0.0 || R[1] != 0.0 || R[2] != 0.0);
-  put(c.state.last, n);
-  put(c.state.command, 6);
-  put(c.state.pose, 12);
-  if (!valid) std::fill_n(to - 18, 18, std::nan(""));
-  if (target.is_none())
-    std::fill_n(to, 12, std::nan(""));
-  else
-    std::copy_n(frame, 12, to);
-  to += 12;
+  const bool made = c.ticks > r.seen;  // a tick, since the last one that was recorded
+  const bool valid = made && !(c.answer.status & stillreach::INVALID_INPUT);
+  r.seen = c.ticks;
+  put(c.state.last, n, made);
+  put(c.state.command, 6, valid);
+  put(c.state.pose, 12, valid);
+  put(frame, 12, !target.is_none());
   for (int i = 0; i < n; ++i) *to++ = static_cast<double>(c.faults[to_size(i)].health);
-  *to = static_cast<double>(c.answer.status);
+  *to = static_cast<double>(made ? c.answer.status : stillreach::INVALID_INPUT);
   r.written.store(written + 1, std::memory_order_release);
   return true;
 }

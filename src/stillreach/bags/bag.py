@@ -104,17 +104,21 @@ class Bag:
         self._arm, self._store = arm, types()
         self._new = Maker(self._store)
         folder.mkdir()
-        self._folder, self._file = folder, ChunkFile(folder / f"{folder.name}.mcap")
+        try:
+            self._folder, self._file = folder, ChunkFile(folder / f"{folder.name}.mcap")
+        except OSError:  # its name is too long
+            folder.rmdir()
+            raise
         self._channels = {topic: channel for channel, topic in enumerate([*topics, DIAGNOSIS, DESCRIPTION], 1)}
         self._templates = {topic: self._template(topic) for topic in topics}
-        self._layouts = dict[bool, Layout]()
+        self._layouts = dict[frozenset[str], Layout]()
         self._diagnoses = dict[bytes, Template]()
         self._last = b""
         self._ticks = 0
         self._describe()
         # made now rather than while a loop runs
         self._text = self._data(self._new(TEXT, arm.to_urdf()), TEXT)
-        self._layout(False), self._layout(True)
+        self._layout(frozenset(topics))
         self._diagnosis([int(Health.HEALTHY)] * arm.n, [int(Health.HEALTHY)] * arm.n, 0)
 
     def _template(self, topic: str) -> Template:
@@ -148,15 +152,14 @@ class Bag:
     @property
     def tick_bytes(self) -> int:
         """[bytes] of a tick in the file, with its index."""
-        return self._layout(True).size + 16 * len(self._templates)
+        return self._layout(frozenset(self._templates)).size + 16 * len(self._templates)
 
-    def _layout(self, aimed: bool) -> Layout:
-        """The layout of ticks with or without a target."""
-        if aimed not in self._layouts:
-            self._layouts[aimed] = Layout(
-                {self._channels[topic]: made for topic, made in self._templates.items() if aimed or topic != TARGET}
-            )
-        return self._layouts[aimed]
+    def _layout(self, topics: frozenset[str]) -> Layout:
+        """The layout of ticks with messages of these topics."""
+        if topics not in self._layouts:
+            made = {self._channels[topic]: self._templates[topic] for topic in self._templates if topic in topics}
+            self._layouts[topics] = Layout(made)
+        return self._layouts[topics]
 
     def add(
         self,
@@ -170,7 +173,8 @@ class Bag:
 
         Args:
             stamps: (K,) [ns] their times, at least 0.
-            numbers: (K, count) of each topic; where the target's first number is NaN, there is none.
+            numbers: (K, count) of each topic; a tick whose numbers are all NaN has no message of that topic, but
+                always one of the first.
             health: (K, n) of the joints.
             known: (K, n) what the controller takes them for.
             status: (K,) of the controller.
@@ -186,13 +190,15 @@ class Bag:
 
         if not self._ticks:
             put(*record(self._channels[DESCRIPTION], 0, int(stamps[0]), self._text, at))
-        aimed = ~np.isnan(numbers[TARGET][:, 0])
-        for part in stretches(aimed):
-            with_target = bool(aimed[part.start])
+        there = np.stack([~np.isnan(rows).all(axis=1) for rows in numbers.values()], axis=1)
+        there[:, 0] = True
+        for part in stretches(there):
             values = {
-                self._channels[topic]: rows[part] for topic, rows in numbers.items() if with_target or topic != TARGET
+                topic: rows[part] for (topic, rows), has in zip(numbers.items(), there[part.start], strict=True) if has
             }
-            put(*self._layout(with_target).records(stamps[part], self._ticks + part.start, values, at))
+            layout = self._layout(frozenset(values))
+            by_channel = {self._channels[topic]: rows for topic, rows in values.items()}
+            put(*layout.records(stamps[part], self._ticks + part.start, by_channel, at))
         for tick, diagnosis in self._changes(health, known, status):
             stamp = int(stamps[tick])
             put(*record(self._channels[DIAGNOSIS], self._ticks + tick, stamp, diagnosis.stamped(stamp), at))

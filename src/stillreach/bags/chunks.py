@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import os
 import struct
 import tempfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
-from io import BytesIO
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from mcap.data_stream import ReadDataStream, RecordBuilder
+from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
     Channel,
-    Chunk,
     ChunkIndex,
     DataEnd,
     Footer,
@@ -27,7 +24,6 @@ from mcap.records import (
     Statistics,
     SummaryOffset,
 )
-from mcap.stream_reader import get_chunk_data_stream
 
 MAGIC = b"\x89MCAP0\r\n"
 RECORD = struct.Struct("<BQ")
@@ -35,9 +31,6 @@ RECORD = struct.Struct("<BQ")
 MESSAGE = struct.Struct("<BQHIQQ")
 """What the record of a message begins with: kind, length, channel, sequence, times of log and publication [ns]."""
 INDEX = np.dtype([("time", "<u8"), ("offset", "<u8")])
-LOOSE = 2**20
-"""[bytes] of messages outside chunks that become one chunk."""
-
 Index = Mapping[int, npt.NDArray[Any]]
 """(K,) of type INDEX by channel: time [ns] and place of each message in the chunk."""
 
@@ -161,89 +154,3 @@ def _bytes(record: McapRecord) -> bytes:
     builder = RecordBuilder()
     record.write(builder)
     return bytes(builder.end())  # type: ignore[no-untyped-call]
-
-
-class Left(NamedTuple):
-    """A chunk that a file has as a whole, with the schemas and channels that come before its messages."""
-
-    schemas: list[Schema]
-    channels: list[Channel]
-    data: bytes
-    size: int
-    crc: int
-    compression: str
-    places: Index
-
-
-def left_in(file: IO[bytes]) -> Iterator[Left]:
-    """The whole chunks of a file, which may have no end. Messages outside chunks come as chunks of their own.
-
-    Afterwards the file is where what is whole ends.
-
-    Raises:
-        ValueError: if the file is no MCAP file.
-    """
-    if file.read(len(MAGIC)) != MAGIC:
-        raise ValueError("no MCAP file")
-    loose = bytearray()
-    for kind, body in _records(file):
-        if kind in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE):
-            loose += RECORD.pack(kind, len(body)) + body
-        if loose and (kind == Opcode.CHUNK or len(loose) > LOOSE):
-            yield _walked(bytes(loose))
-            loose.clear()
-        if kind == Opcode.CHUNK:
-            found = _chunk(body)
-            if found is None:
-                file.seek(-RECORD.size - len(body), os.SEEK_CUR)
-                return
-            yield found
-    if loose:
-        yield _walked(bytes(loose))
-
-
-def _records(file: IO[bytes]) -> Iterator[tuple[int, bytes]]:
-    """Kind and content of the records that are there as a whole, up to the summary."""
-    end = os.fstat(file.fileno()).st_size
-    while len(head := file.read(RECORD.size)) == RECORD.size:
-        kind, length = RECORD.unpack(head)
-        if kind == Opcode.DATA_END:  # a summary follows, and no message
-            file.seek(end)
-            return
-        if kind == 0 or length > end - file.tell():
-            break
-        yield kind, file.read(length)
-    file.seek(-len(head), os.SEEK_CUR)
-
-
-def _chunk(body: bytes) -> Left | None:
-    """A chunk, or None where its content is not what was written."""
-    chunk = Chunk.read(ReadDataStream(BytesIO(body)))
-    try:
-        stream, size = get_chunk_data_stream(chunk, validate_crc=True)
-        found = _walked(stream.read(size))
-    except Exception:  # of the decompressors, which have no common base, and of the check sum
-        return None
-    return found._replace(
-        data=chunk.data, size=chunk.uncompressed_size, crc=chunk.uncompressed_crc, compression=chunk.compression
-    )
-
-
-def _walked(records: bytes) -> Left:
-    """Records one after the other, with their schemas, channels and an index of the messages."""
-    schemas, channels, at = [], [], 0
-    places: dict[int, list[tuple[int, int]]] = {}
-    while at < len(records):
-        kind, length = RECORD.unpack_from(records, at)
-        if kind == Opcode.MESSAGE:
-            _, _, channel, _, time, _ = MESSAGE.unpack_from(records, at)
-            places.setdefault(channel, []).append((time, at))
-        elif kind in (Opcode.SCHEMA, Opcode.CHANNEL):
-            stream = ReadDataStream(BytesIO(records[at + RECORD.size : at + RECORD.size + length]))
-            if kind == Opcode.SCHEMA:
-                schemas.append(Schema.read(stream))
-            else:
-                channels.append(Channel.read(stream))
-        at += RECORD.size + length
-    index = {channel: np.array(entries, dtype=INDEX) for channel, entries in places.items()}
-    return Left(schemas, channels, records, len(records), zlib.crc32(records), "", index)

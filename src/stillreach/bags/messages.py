@@ -161,6 +161,6 @@ def record(channel: int, sequence: int, stamp: int, data: bytes, at: int) -> tup
 
 
 def stretches(same: npt.NDArray[np.bool_]) -> Iterator[slice]:
-    """The longest slices of (K,) flags of one value."""
-    edges = [0, *(np.flatnonzero(np.diff(same)) + 1).tolist(), len(same)]
-    return (slice(begin, end) for begin, end in pairwise(edges) if end > begin)
+    """The longest slices of rows (K, m) that are equal."""
+    edges = [0, *(np.flatnonzero(np.any(same[1:] != same[:-1], axis=1)) + 1).tolist(), len(same)]
+    return (slice(begin, end) for begin, end in pairwise(edges))

@@ -8,8 +8,10 @@ from contextlib import closing
 from pathlib import Path
 from typing import NamedTuple
 
+from stillreach._messages import listed
 from stillreach.bags.bag import write_metadata
-from stillreach.bags.chunks import ChunkFile, left_in
+from stillreach.bags.chunks import ChunkFile
+from stillreach.bags.salvage import Salvage
 from stillreach.errors import InputError
 
 
@@ -19,7 +21,7 @@ class Recovered(NamedTuple):
     Attributes:
         messages: how many.
         seconds: [s] from the first to the last.
-        lost: [bytes] at the end of the file that were not whole.
+        lost: [bytes] of the file that were not whole.
     """
 
     messages: int
@@ -42,23 +44,21 @@ def recover(source: Path, target: Path, progress: Callable[[int, int], None]) ->
     file = _only_file(source)
     if target.exists():
         raise InputError("to", f"{target.name!r}, which exists", "a new folder")
+    if not target.absolute().parent.is_dir():
+        raise InputError("to", repr(str(target)), "a new folder in a folder that exists")
     with tempfile.TemporaryDirectory(dir=target.absolute().parent, prefix=f".{target.name}-") as folder:
         part = Path(folder) / target.name
         part.mkdir()
         made = ChunkFile(part / f"{target.name}.mcap")
         with closing(made):
-            try:
-                read = _copied(file, made, progress)
-            except ValueError:
-                expected = "a bag that begins as MCAP does"
-                raise InputError("path", f"{file.name!r}, which is no MCAP file", expected) from None
+            lost = _copied(file, made, progress)
             messages = sum(made.counts.values())
             if not messages:
                 raise InputError("path", f"{file.name!r}, without one whole chunk of messages", "a bag with messages")
             made.finish()
         write_metadata(part, made)
         part.rename(target)
-    return Recovered(messages, 1e-9 * (made.last - made.first), file.stat().st_size - read)
+    return Recovered(messages, 1e-9 * (made.last - made.first), lost)
 
 
 def _only_file(source: Path) -> Path:
@@ -66,24 +66,36 @@ def _only_file(source: Path) -> Path:
         raise InputError("path", f"{source.name!r}, which does not exist", "an MCAP file, or the folder of one")
     if source.is_file():
         return source
+    metadata = source / "metadata.yaml"
+    if metadata.is_file() and "compression_mode: message" in metadata.read_text(encoding="utf-8").lower():
+        raise InputError(
+            "path", f"{source.name!r}, whose messages are compressed one by one", "plain or compressed chunks"
+        )
     found = sorted(source.glob("*.mcap"))
     if len(found) != 1:
-        raise InputError("path", f"{source.name!r}, a folder with {len(found)} MCAP files", "one; or name the file")
+        others = listed(sorted(path.name for path in source.iterdir() if path.suffix in (".db3", ".zstd")))
+        got = f"{source.name!r}, a folder with {len(found)} MCAP files{f' and {others}' if others else ''}"
+        raise InputError("path", got, "a folder with one MCAP file, or the name of one")
     return found[0]
 
 
 def _copied(file: Path, made: ChunkFile, progress: Callable[[int, int], None]) -> int:
-    """Copies what is whole; how many bytes of the file that were."""
+    """Copies what is whole; how many bytes of the file were not."""
     size = file.stat().st_size
     with file.open("rb") as opened:
-        for left in left_in(opened):
-            for schema in left.schemas:
-                if schema.id not in made.schemas:
+        try:
+            salvage = Salvage(opened)
+        except ValueError:
+            expected = "a bag that begins as MCAP does"
+            raise InputError("path", f"{file.name!r}, which is no MCAP file", expected) from None
+        for left in salvage:
+            for number, schema in salvage.schemas.items():
+                if number not in made.schemas:
                     made.add_schema(schema)
-            for channel in left.channels:
-                if channel.id not in made.channels:
+            for number, channel in salvage.channels.items():
+                if number not in made.channels:
                     made.add_channel(channel)
             if left.places:
-                made.add_packed(left.data, left.size, left.crc, left.compression, left.places)
+                made.add_packed(left.data, len(left.records), left.crc, left.compression, left.places)
             progress(opened.tell(), size)
-        return opened.tell()
+    return salvage.lost

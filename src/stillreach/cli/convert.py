@@ -31,7 +31,7 @@ def convert(
         from stillreach.recordings import Recorder
 
         found = Recorder.recover(run, to)
-        lost = f"; {found.lost:,} bytes at the end were not whole" if found.lost else ""
+        lost = f"; {found.lost:,} bytes were not whole" if found.lost else ""
         text = f"wrote {to}: {found.messages:,} messages in {found.seconds:.3f} s{lost}"
     else:
         from stillreach.simulation import Run

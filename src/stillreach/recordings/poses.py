@@ -47,6 +47,8 @@ def read(file: Path, topic: str | None, frame: str | None, child: str | None) ->
     each(file, topic, KINDS, take)
     if transforms:
         return _composed(transforms, frame, child)
+    if not rows:
+        raise InputError("topic", f"no pose in the messages of {file.name}", "poses of a tool")
     if child is not None:
         raise InputError("child", repr(child), f"none for {POSE}, which tells of one")
     if frame is not None and frames != {frame}:
@@ -60,25 +62,33 @@ def _composed(
     transforms: list[tuple[int, str, str, FloatArray]], frame: str | None, child: str | None
 ) -> tuple[FloatArray, FloatArray]:
     """Poses of a frame in another, whenever a transform between them was told; the others as they were told last."""
-    parents = {name: parent for _, parent, name, _ in reversed(transforms)}
+    parents: dict[str, str] = {}
+    for _, parent, name, _ in transforms:
+        if parents.setdefault(name, parent) != parent:
+            raise InputError(
+                "child", f"{name!r} in {parents[name]!r} and later in {parent!r}", "frames that stay where they are"
+            )
     if child is None:
         ends = sorted(set(parents) - set(parents.values()))
         if len(ends) != 1:
-            raise InputError("child", f"none of {len(ends)} ends of the tree of transforms", one_of(ends))
+            raise InputError("child", f"none of {len(ends)} ends of the tree", one_of(ends or sorted(parents)))
         (child,) = ends
     if child not in parents:
         raise InputError("child", repr(child), one_of(sorted(parents), child))
     way, at = [child], parents[child]
-    while at != frame and at in parents and at not in way:
+    while at != frame and at in parents:
+        if at in way:
+            raise InputError("child", f"{child!r}, above which {at!r} is its own parent", "a tree of transforms")
         way.append(at)
         at = parents[at]
     if frame is not None and at != frame:
         raise InputError("frame", repr(frame), one_of([*(parents[name] for name in way)], frame))
-    matrices = _matrices(np.array([numbers for *_, numbers in transforms]))
-    last = {name: T for (_, _, name, _), T in reversed(list(zip(transforms, matrices, strict=True)))}
-    moving = {name for name in way if sum(one[2] == name for one in transforms) > 1} or set(way)
+    used = [one for one in transforms if one[2] in way]
+    matrices = _matrices(np.array([numbers for *_, numbers in used]))
+    last = {name: T for (_, _, name, _), T in reversed(list(zip(used, matrices, strict=True)))}
+    moving = {name for name in way if np.ptp([one[3] for one in used if one[2] == name], axis=0).any()} or set(way)
     found: dict[int, FloatArray] = {}
-    for (stamp, _, name, _), T in zip(transforms, matrices, strict=True):
+    for (stamp, _, name, _), T in zip(used, matrices, strict=True):
         last[name] = T
         if name in moving:
             whole = np.eye(4)
@@ -94,6 +104,9 @@ def _numbers(place: Any, turn: Any) -> FloatArray:
 
 
 def _matrices(numbers: FloatArray) -> FloatArray:
+    bad = ~np.isfinite(numbers).all(axis=1)
+    if bad.any():
+        raise InputError("path", f"numbers that are not finite in pose {int(np.argmax(bad))}", "finite poses")
     T = np.zeros((len(numbers), 4, 4))
     T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = from_quaternions("path", numbers[:, 3:]), numbers[:, :3], 1.0
     return T

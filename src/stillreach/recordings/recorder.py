@@ -7,6 +7,7 @@ import math
 import os
 import threading
 import warnings
+import weakref
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 CHUNK, EVERY = 128, 0.1
 """Ticks of a chunk at most, and time [s] between two looks for new ones."""
+MOST_BYTES = 10**9
+"""Of memory for ticks that wait."""
 TOPICS = ("/joint_states", "/joint_commands", "/tool_pose", "/target_pose", "/tool_command", "/tf")
 
 
@@ -34,7 +37,7 @@ class Recorder(RecorderCore):
 
     ``add`` copies a tick into memory, in less than a microsecond; a thread writes it into the file within 0.2 s. A
     process that is killed leaves a file without an end, of which ``recover`` makes a whole one. Use it in a ``with``
-    block, or call ``close``.
+    block, or call ``close``. In a forked process ticks are dropped.
 
     Args:
         path: the new folder, e.g. ``drive.rosbag2``.
@@ -51,19 +54,26 @@ class Recorder(RecorderCore):
         bag, messages = _extra("a Recorder")
         if not isinstance(controller, Controller):
             raise InputError("controller", _door.describe(controller), "a Controller")
-        capacity = math.ceil(_door.positive("seconds", seconds) / controller.period)
-        folder = Path(file_name("path", path))
+        wanted = _door.positive("seconds", seconds) / controller.period
+        most = MOST_BYTES // (8 * (3 * controller.arm.n + 32))
+        if wanted > most:
+            raise InputError(
+                "seconds", f"{seconds:g}", f"at most {most * controller.period:.3g}, which are 1 GB of memory"
+            )
+        folder = Path(file_name("path", path)).absolute()  # also for a program that changes its folder
         if folder.exists():
             raise InputError("path", f"{folder.name!r}, which exists", "a new folder")
-        super().__init__(controller, max(capacity, CHUNK))
+        super().__init__(controller, max(math.ceil(wanted), CHUNK))
         self._bag, self._placed = bag.Bag(folder, controller.arm, TOPICS), messages.placed
-        self._period, self._name = controller.period, controller.arm.name
+        self._folder, self._period, self._name = folder, controller.period, controller.arm.name
         self._n, self._written = controller.arm.n, 0
         self._error: BaseException | None = None
+        self._closed = False
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="stillreach recorder", daemon=True)
         self._thread.start()
         atexit.register(self.close)
+        _OPEN.add(self)
 
     @property
     def written(self) -> int:
@@ -81,17 +91,28 @@ class Recorder(RecorderCore):
         Raises:
             OSError: if the file could not be written.
         """
-        if self._stop.is_set():
-            return
         self._end()
         self._stop.set()
         self._thread.join()
+        if self._closed:
+            return
+        self._closed = True
         atexit.unregister(self.close)
         if self._error is not None:
-            raise self._error
+            raise self._told(self._error) from self._error
         if self.dropped:
             text = f"{self.dropped} of {self.dropped + self._written} ticks were not recorded: the file did not keep up"
             warnings.warn(text, RuntimeWarning, stacklevel=2)
+
+    def _told(self, error: BaseException) -> BaseException:
+        """The error with the file, and what to do."""
+        text = (
+            f"the recording ends after {self._written} ticks; `stillreach convert --recover` makes a whole bag of them"
+        )
+        if isinstance(error, OSError) and error.errno:
+            return OSError(error.errno, f"{error.strerror}: {text}", str(self._folder))
+        error.add_note(f"{self._folder}: {text}")
+        return error
 
     @staticmethod
     def recover(path: str | os.PathLike[str], to: str | os.PathLike[str]) -> Recovered:
@@ -125,8 +146,8 @@ class Recorder(RecorderCore):
         self.close()
 
     def __repr__(self) -> str:
-        size = f"{self.bytes_per_hour / 1e9:.2g} GB an hour"
-        return f"<Recorder of {self._name}: {self._written} ticks, {self.dropped} dropped, {size}>"
+        state = f"failed ({self._error})" if self._error else f"{self.bytes_per_hour / 1e9:.2g} GB an hour"
+        return f"<Recorder of {self._name}: {self._written} ticks, {self.dropped} dropped, {state}>"
 
     def _run(self) -> None:
         """The thread that writes."""
@@ -137,6 +158,7 @@ class Recorder(RecorderCore):
                     self._drain(rows)
                 self._drain(rows)
         except BaseException as error:  # the loop goes on; close() raises it
+            self._end()
             self._error = error
 
     def _drain(self, rows: FloatArray) -> None:
@@ -152,6 +174,19 @@ class Recorder(RecorderCore):
             times = np.ascontiguousarray(stamps[:, 0]).view(np.int64)
             self._bag.add(times, numbers, known, known, status[:, 0].astype(np.int32))
             self._written += count
+
+
+_OPEN: weakref.WeakSet[Recorder] = weakref.WeakSet()
+
+
+def _forked() -> None:
+    """In a forked process, where no thread writes: its ticks are dropped, and the file is the parent's."""
+    for recorder in list(_OPEN):
+        recorder._end()
+        recorder._closed = True
+
+
+os.register_at_fork(after_in_child=_forked)
 
 
 def _extra(what: str) -> tuple[Any, Any]:

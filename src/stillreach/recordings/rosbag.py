@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
 from stillreach._messages import listed, one_of
 from stillreach.errors import InputError, MissingExtraError
-from stillreach.recordings.samples import Samples
+from stillreach.recordings.samples import SI, Samples
+
+if TYPE_CHECKING:
+    from stillreach.bags.salvage import Salvage
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
 POSE = "geometry_msgs/msg/PoseStamped"
 TRANSFORM = "geometry_msgs/msg/TransformStamped"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
-STATIC = "/tf_static"
-"""Transforms that do not change; they belong to those of any other topic."""
+STATIC = "_static"
+"""Ends the name of the topic of transforms that do not change: they belong to those of the topic without it."""
 FILES = (".mcap", ".db3")
 MAGIC = b"\x89MCAP0\r\n"
 
@@ -49,7 +51,7 @@ def read(file: Path, joints: Sequence[str], named: Mapping[str, str], topic: str
         wanted = listed([named.get(joint, joint) for joint in joints])
         raise InputError("joints", f"no message with {wanted} in {file.name}", "messages with every joint of the arm")
     time = np.array([stamp - stamps[0] for stamp in stamps], dtype=np.float64) * 1e-9
-    return Samples(time, np.array(rows, dtype=np.float64), ("rad",) * len(joints), "message", cut=cut)
+    return Samples(time, np.array(rows, dtype=np.float64), (SI,) * len(joints), "message", cut=cut)
 
 
 def stamp_of(header: Any) -> int:
@@ -118,28 +120,27 @@ def _left(
     file: Path, paths: Sequence[Path], topic: str | None, kinds: Sequence[str]
 ) -> Iterator[tuple[int, bytes, str]]:
     """Times [ns], messages and types of MCAP files that a crash left without an end, in the order of the times."""
-    try:
-        from mcap.exceptions import McapError
-        from mcap.records import Channel, Message, Schema
-        from mcap.stream_reader import StreamReader
-    except ImportError as error:
-        raise MissingExtraError("recordings", f"reading {file.name}, which has no end,") from error
     found: list[tuple[int, bytes, str, str]] = []
     for path in _mcap_files(paths):
-        schemas: dict[int, str] = {}
-        channels: dict[int, tuple[str, str]] = {}
-        with path.open("rb") as opened, suppress(McapError, EOFError, OSError, ValueError, struct.error):
-            for record in StreamReader(opened).records:
-                if isinstance(record, Schema):
-                    schemas[record.id] = record.name
-                elif isinstance(record, Channel):
-                    channels[record.id] = record.topic, schemas.get(record.schema_id, "")
-                elif isinstance(record, Message) and channels[record.channel_id][1] in kinds:
-                    name, kind = channels[record.channel_id]
-                    found.append((record.log_time, record.data, kind, name))
+        with path.open("rb") as opened:
+            salvage = _salvage(file, opened)
+            for left in salvage:
+                for number, time, data in left.messages():
+                    channel = salvage.channels[number]
+                    kind = salvage.schemas[channel.schema_id].name
+                    if kind in kinds:
+                        found.append((time, data, kind, channel.topic))
     topics = [SimpleNamespace(topic=name, msgtype=kind) for name, kind in sorted({one[3:1:-1] for one in found})]
     wanted = {connection.topic for connection in _chosen(file, topics, topic, kinds)}
     return iter(sorted((one[:3] for one in found if one[3] in wanted), key=lambda one: one[0]))
+
+
+def _salvage(file: Path, opened: IO[bytes]) -> Salvage:
+    try:
+        from stillreach.bags.salvage import Salvage
+    except ImportError as error:
+        raise MissingExtraError("recordings", f"reading {file.name}, which has no end,") from error
+    return Salvage(opened)
 
 
 def _paths(file: Path) -> list[Path]:
@@ -157,7 +158,7 @@ def _paths(file: Path) -> list[Path]:
 def _chosen(file: Path, connections: Sequence[Any], topic: str | None, kinds: Sequence[str]) -> list[Any]:
     """The connections of the topic."""
     fitting = [connection for connection in connections if connection.msgtype in kinds]
-    topics = sorted({connection.topic for connection in fitting} - {STATIC})
+    topics = sorted({one.topic for one in fitting if one.msgtype != TRANSFORMS or not one.topic.endswith(STATIC)})
     wanted = "joint states" if JOINT_STATE in kinds else "poses of a tool"
     if not topics:
         have = listed(sorted({f"{connection.topic} ({connection.msgtype})" for connection in connections}), 10)
@@ -167,19 +168,25 @@ def _chosen(file: Path, connections: Sequence[Any], topic: str | None, kinds: Se
     if topic is not None and topic not in topics:
         raise InputError("topic", repr(topic), one_of(topics, topic))
     chosen = topic or topics[0]
-    also = STATIC if any(one.topic == chosen and one.msgtype == TRANSFORMS for one in fitting) else chosen
-    return [connection for connection in fitting if connection.topic in (chosen, also)]
+    return [connection for connection in fitting if connection.topic in (chosen, f"{chosen}{STATIC}")]
 
 
 def topic_kinds(file: Path) -> dict[str, str]:
-    """The type of each topic of a bag; empty where that cannot be read."""
+    """The type of each topic of a bag, also of one without an end; empty where that cannot be read."""
     try:
         from rosbags.highlevel import AnyReader
     except ImportError as error:
         raise MissingExtraError("recordings", f"reading {file.name}") from error
     with suppress(Exception), AnyReader(_paths(file)) as reader:
         return {connection.topic: connection.msgtype for connection in reader.connections}
-    return {}
+    kinds: dict[str, str] = {}
+    for path in _mcap_files([file]):
+        if _begins(path):
+            with path.open("rb") as opened:
+                salvage = _salvage(file, opened)
+                for _ in salvage:
+                    kinds |= {one.topic: salvage.schemas[one.schema_id].name for one in salvage.channels.values()}
+    return kinds
 
 
 def _row(message: Any, joints: Sequence[str], named: Mapping[str, str], number: int) -> list[float] | None:

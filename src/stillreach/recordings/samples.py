@@ -13,6 +13,8 @@ from stillreach._messages import did_you_mean, listed, short
 from stillreach._units import ANGLES, LENGTHS
 from stillreach.errors import InputError
 
+SI = "SI"
+"""The unit of a column in radians or metres, as its joint has it."""
 UNIT = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 """``[deg]`` or ``(rad)`` at the end of a column's name."""
 AFFIX = r"(?:q|pos|position|positions|joint_position|joint_positions|joint_state|state|actual|measured)"
@@ -111,6 +113,8 @@ def in_si(
     scales = np.ones(len(joints))
     for k, (joint, turns) in enumerate(zip(joints, revolute, strict=True)):
         unit = samples.units[k] or (angle if turns else length)
+        if unit == SI:
+            continue
         if unit is None:
             raise InputError(
                 "angle", f"none, and the file does not say the unit of {joint}", 'angle="rad" or angle="deg"'

@@ -146,6 +146,39 @@ def test_mistakes(tmp_path):
     assert sr.Recording.tool_motion(late, sort=True).times.tolist() == pytest.approx([0.0, 0.01, 0.02], abs=1e-9)
 
 
+def test_a_tree_that_is_none(tmp_path):
+    def told(*parts):
+        return ("/tf", made("tf2_msgs/msg/TFMessage", [transform(t, POSES[0], *names) for t, *names in parts]))
+
+    cycle = bag(tmp_path / "cycle", told((0.0, "a", "b"), (0.0, "b", "a")))
+    for child in (None, "a"):
+        with refused("child", "a"):
+            sr.Recording.tool_motion(cycle, child=child)
+    moved = bag(tmp_path / "moved", told((0.0, "a", "t")), told((0.1, "b", "t")))
+    with refused("child", "'a'", "'b'"):
+        sr.Recording.tool_motion(moved)
+    empty = bag(tmp_path / "empty", told(), told())
+    with refused("topic", "empty"):
+        sr.Recording.tool_motion(empty)
+
+
+def test_a_static_transform_that_is_told_again_is_no_motion(tmp_path):
+    still = ("/r/tf_static", made("tf2_msgs/msg/TFMessage", [transform(-50.0, FLANGE, "flange", "tool")]))
+    moving = [
+        ("/r/tf", made("tf2_msgs/msg/TFMessage", [transform(t, T @ np.linalg.inv(FLANGE), "base", "flange")]))
+        for t, T in zip(TIME, POSES, strict=True)
+    ]
+    same(sr.Recording.tool_motion(bag(tmp_path / "a", still, *moving[:70], still, *moving[70:])))
+
+
+def test_a_command_reads_a_file_without_an_end(tmp_path):
+    (file,) = poses(tmp_path / "a").glob("*.mcap")
+    (tmp_path / "cut.mcap").write_bytes(file.read_bytes()[:-4000])
+    options = ("--robot", "panda", "--topic", "/tool", "--out", tmp_path / "out", "--no-plot")
+    answer = run_command("run", "--recording", tmp_path / "cut.mcap", *options)
+    assert answer.code == 0, answer.err
+
+
 def test_a_command_runs_on_it(tmp_path):
     poses(tmp_path / "a")
     options = (

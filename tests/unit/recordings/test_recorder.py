@@ -3,6 +3,7 @@
 import gc
 import os
 import random
+import struct
 import subprocess
 import sys
 import threading
@@ -163,7 +164,8 @@ def test_what_an_encoder_cannot_say_is_recorded_too(tmp_path):
         recorder.add(q)
     found = decoded(tmp_path / "a.rosbag2" / "a.rosbag2.mcap")
     np.testing.assert_array_equal(found["/joint_states"][0][2].position, q)
-    assert np.isnan(found["/tool_pose"][0][2].pose.position.x)
+    assert not {"/tool_pose", "/tf", "/tool_command"} & set(found)  # there was none
+    np.testing.assert_array_equal(found["/joint_commands"][0][2].velocity, rates)
     assert "INVALID_INPUT" in found["/diagnostics"][0][2].status[-1].message
 
 
@@ -178,6 +180,74 @@ class Stuck:
         self.begun.set()
         assert self.free.wait(60)
         self._add(*values)
+
+
+def test_a_tick_that_was_refused_is_not_the_last_one_again(tmp_path):
+    controller = sr.Controller(PANDA, period=0.001)
+    with sr.Recorder(tmp_path / "a.rosbag2", controller) as recorder:
+        recorder.add(START, time=0.0)  # before any
+        controller.step(START, [0.01, 0, 0, 0, 0, 0])
+        recorder.add(START, time=0.001)
+        with refused("q"):
+            controller.step(np.full(7, np.nan), np.zeros(6))
+        recorder.add(np.full(7, np.nan), time=0.002)
+    found = decoded(tmp_path / "a.rosbag2" / "a.rosbag2.mcap")
+    assert [stamp for stamp, _, _ in found["/joint_states"]] == [0, 1_000_000, 2_000_000]
+    assert [stamp for stamp, _, _ in found["/joint_commands"]] == [1_000_000]
+    assert [stamp for stamp, _, _ in found["/tf"]] == [1_000_000]
+    said = [message.status[-1].message for _, _, message in found["/diagnostics"]]
+    assert [text == "INVALID_INPUT" for text in said] == [True, False, True]
+
+
+def test_a_rail_is_recorded_in_metres(tmp_path):
+    rail = sr.Arm([sr.Joint(name="rail", kind="prismatic"), sr.Joint(name="turn", axis=(1, 0, 0))], tool=np.eye(4))
+    controller = sr.Controller(rail, period=0.01)
+    with sr.Recorder(tmp_path / "a.rosbag2", controller) as recorder:
+        for k in range(5):
+            controller.step([0.1 * k, 0.2], np.zeros(6))
+            recorder.add([0.1 * k, 0.2], time=0.01 * k)
+    recording = sr.Recording.load(tmp_path / "a.rosbag2", arm=rail, topic="/joint_states")
+    np.testing.assert_array_equal(recording.q, [[0.1 * k, 0.2] for k in range(5)])
+
+
+def test_it_knows_its_folder_wherever_the_program_goes(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    recorder = sr.Recorder("a.rosbag2", sr.Controller(PANDA))
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    recorder.close()
+    assert (tmp_path / "a.rosbag2" / "metadata.yaml").is_file()
+
+
+def test_an_interrupted_close_can_be_called_again(tmp_path):
+    controller = sr.Controller(PANDA, period=0.001)
+    controller.step(START, np.zeros(6))
+    recorder = sr.Recorder(tmp_path / "a.rosbag2", controller)
+    recorder.add(START, time=0.0)
+    join = recorder._thread.join
+    recorder._thread.join = mock.Mock(side_effect=KeyboardInterrupt)
+    with pytest.raises(KeyboardInterrupt):
+        recorder.close()
+    recorder._thread.join = join
+    recorder.close()
+    assert len(decoded(tmp_path / "a.rosbag2" / "a.rosbag2.mcap")["/joint_states"]) == 1
+
+
+def test_a_forked_process_does_not_write(tmp_path):
+    script = (
+        "import numpy as np, os, sys, stillreach as sr\n"
+        "controller = sr.Controller(sr.arms.panda())\n"
+        "controller.step(np.ones(7), np.zeros(6))\n"
+        "with sr.Recorder(sys.argv[1], controller) as recorder:\n"
+        "    recorder.add(np.ones(7))\n"
+        "    if (child := os.fork()) == 0:\n"
+        "        ok = not recorder.add(np.ones(7)) and recorder.dropped == 1\n"
+        "        recorder.close()\n"
+        "        os._exit(0 if ok else 1)\n"
+        "    assert os.waitpid(child, 0)[1] == 0\n"
+    )
+    subprocess.run([sys.executable, "-c", script, tmp_path / "a.rosbag2"], check=True)
+    assert len(decoded(tmp_path / "a.rosbag2" / "a.rosbag2.mcap")["/joint_states"]) == 1
 
 
 def test_a_disk_that_stalls_costs_ticks_and_not_time(tmp_path):
@@ -206,9 +276,11 @@ def test_a_full_disk_is_told_at_the_end(tmp_path):
         raise OSError(28, "No space left on device")
 
     recorder._bag.add = full
-    for _ in range(1000):
-        recorder.add(START)
-    with pytest.raises(OSError, match="No space left"):
+    recorder.add(START)
+    recorder._thread.join(60)
+    assert not recorder.add(START)  # nothing is written any more
+    assert "No space left" in repr(recorder)
+    with pytest.raises(OSError, match=r"No space left.*after 0 ticks.*--recover.*a.rosbag2"):
         recorder.close()
     recorder.close()
 
@@ -217,6 +289,10 @@ def test_bad_input_is_refused_and_records_nothing(tmp_path):
     controller = sr.Controller(PANDA, period=0.001)
     with refused("controller", "a Controller"):
         sr.Recorder(tmp_path / "a.rosbag2", PANDA)
+    with refused("seconds", "1 GB"):
+        sr.Recorder(tmp_path / "a.rosbag2", controller, seconds=1e6)
+    with pytest.raises(OSError, match="too long"):
+        sr.Recorder(tmp_path / ("a" * 252), controller)
     with refused("seconds", "0"):
         sr.Recorder(tmp_path / "a.rosbag2", controller, seconds=0.0)
     with refused("path", "which exists"):
@@ -236,6 +312,8 @@ def test_bad_input_is_refused_and_records_nothing(tmp_path):
         recorder.add(dict(zip(PANDA.joint_names, START, strict=True)))
     assert recorder.written == 1
     assert not recorder.add(START)  # it is closed
+    with refused("q"):
+        recorder.add("x")
 
 
 def test_a_recorder_that_nobody_closed_is_closed_at_the_end(tmp_path):
@@ -305,13 +383,43 @@ def test_any_beginning_of_a_file_is_recovered_up_to_its_last_whole_chunk(recorde
     assert counts[-1] == TICKS  # only the summary was cut off
 
 
-def test_a_chunk_that_is_not_what_was_written_ends_it(recorded, tmp_path):
+def test_a_chunk_that_is_not_what_was_written_is_left_out(recorded, tmp_path):
     folder, _ = recorded
     data = bytearray((folder / "drive.rosbag2.mcap").read_bytes())
+    everything = decoded(folder / "drive.rosbag2.mcap")["/joint_states"]
     data[len(data) // 2] ^= 1
+    data = data[:-100]
     (tmp_path / "flipped.mcap").write_bytes(data)
-    sr.Recorder.recover(tmp_path / "flipped.mcap", tmp_path / "a.rosbag2")
-    assert 0 < len(decoded(tmp_path / "a.rosbag2" / "a.rosbag2.mcap")["/joint_states"]) < TICKS
+    assert sr.Recorder.recover(tmp_path / "flipped.mcap", tmp_path / "a.rosbag2").lost > 1000
+    found = decoded(tmp_path / "a.rosbag2" / "a.rosbag2.mcap")["/joint_states"]
+    assert TICKS - 400 < len(found) < TICKS
+    assert found[-1][0] == everything[-1][0]
+    read = sr.Recording.load(
+        tmp_path / "flipped.mcap", arm=PANDA, topic="/joint_states", largest_gap=np.inf
+    )  # it has no end, and not the wrong number either
+    assert len(read) == len(found)
+
+
+@pytest.mark.parametrize(
+    "tail",
+    [
+        struct.pack("<BQ", 6, 5) + b"abcde",
+        struct.pack("<BQ", 3, 0),
+        struct.pack("<BQ", 4, 40) + bytes(40),
+        struct.pack("<BQ", 5, 1) + b"\0",
+        struct.pack("<BQ", 5, 2**63),
+        bytes(1000),
+        b"\xff" * 1000,
+    ],
+)
+def test_rubbish_at_the_end_takes_nothing_away(recorded, tmp_path, tail):
+    folder, _ = recorded
+    whole = (folder / "drive.rosbag2.mcap").read_bytes()
+    end = whole.rindex(struct.pack("<BQI", 15, 4, 0))  # of the messages, before the summary
+    (tmp_path / "tail.mcap").write_bytes(whole[:end] + tail)
+    sr.Recorder.recover(tmp_path / "tail.mcap", tmp_path / "a.rosbag2")
+    assert len(decoded(tmp_path / "a.rosbag2" / "a.rosbag2.mcap")["/joint_states"]) == TICKS
+    assert len(sr.Recording.load(tmp_path / "tail.mcap", arm=PANDA, topic="/joint_states")) == TICKS
 
 
 @pytest.mark.parametrize("chunked", [True, False])
