@@ -98,13 +98,18 @@ void bind_recorder(nb::module_& m) {
       nb::sig("def add(self, q: numpy.typing.ArrayLike | collections.abc.Mapping[str, float], target: "
               "numpy.typing.ArrayLike | None = None, time: float | None = None) -> bool"),
       "Records the controller's last tick; the only call that a loop needs.\n\n"
-      "q (n,) [rad, m] measured, as that tick was given; it may be NaN. target (4, 4) [m] the pose that was tracked. "
-      "time [s] of the loop's own clock; None: the time of day. False where the file did not keep up and the tick was "
-      "dropped. Raises InputError for anything of another shape, and records nothing then.");
+      "Call it right after the tick, before faults change. q (n,) [rad, m] measured, as that tick was given; it may be "
+      "NaN. target (4, 4) [m] the pose that was tracked. time [s] of the loop's own clock; None: the time of day. If "
+      "no "
+      "tick was made since the last call, because its input was refused, the status is INVALID_INPUT, and rates and "
+      "pose "
+      "are left out. False if the tick was dropped: the file did not keep up, failed or is closed. Raises InputError "
+      "for "
+      "anything of another shape, and records nothing then.");
   c.def("_end", [](Recorder& r) { r.open = false; }, "Every later tick is dropped.");
   c.def("_take", &take, nb::arg("out"));
   c.def_prop_ro(
       "dropped", [](const Recorder& r) { return r.dropped.load(); },
-      "How many ticks were dropped, because the file did not keep up.");
+      "How many ticks were dropped: the file did not keep up, failed or was closed.");
   c.def_prop_ro("_width", [](const Recorder& r) { return r.width; });
 }

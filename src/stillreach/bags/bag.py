@@ -44,7 +44,7 @@ QUALITY = (
     f"  deadline: {ENDLESS}\n  lifespan: {ENDLESS}\n  liveliness: 1\n  liveliness_lease_duration: {ENDLESS}\n"
     "  avoid_ros_namespace_conventions: false"
 )
-"""Reliable; the description is kept for who comes later."""
+"""Reliable; the description is kept for late subscribers."""
 
 
 Make = Callable[[Maker, Sequence[str], FloatArray], Any]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import zlib
 from collections.abc import Iterator
 from io import BytesIO
 from typing import IO, Any, NamedTuple
@@ -81,7 +82,7 @@ class Salvage:
         loose.clear()
         places = self._walked(records)
         if places:
-            yield Left(records, 0, "", records, places)
+            yield Left(records, zlib.crc32(records), "", records, places)
 
     def _records(self) -> Iterator[tuple[int, bytes]]:
         """Kind and content of the records that are there as a whole, up to the summary."""

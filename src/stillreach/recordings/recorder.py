@@ -60,7 +60,10 @@ class Recorder(RecorderCore):
             raise InputError(
                 "seconds", f"{seconds:g}", f"at most {most * controller.period:.3g}, which are 1 GB of memory"
             )
-        folder = Path(file_name("path", path)).absolute()  # also for a program that changes its folder
+        name = file_name("path", path)
+        if not name:
+            raise InputError("path", "''", "a new folder, by its name")
+        folder = Path(name).absolute()  # also for a program that changes its folder
         if folder.exists():
             raise InputError("path", f"{folder.name!r}, which exists", "a new folder")
         super().__init__(controller, max(math.ceil(wanted), CHUNK))
@@ -123,7 +126,7 @@ class Recorder(RecorderCore):
             to: the new folder.
 
         Returns:
-            Its number of messages, their time [s], and the bytes at the end that were lost.
+            Its number of messages, their time [s], and how many bytes were not whole.
 
         Raises:
             InputError: if it is no MCAP file, has no whole chunk of messages, or ``to`` exists.

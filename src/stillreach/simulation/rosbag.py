@@ -5,11 +5,13 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stillreach._door import FloatArray
 from stillreach._files import file_name
 from stillreach.errors import InputError, MissingExtraError
 
@@ -18,16 +20,6 @@ if TYPE_CHECKING:
 
 CHUNK = 1000
 """Ticks of a chunk."""
-TOPICS = {
-    "/joint_states": "true joint positions",
-    "/measured_joint_states": "what the encoders said",
-    "/joint_commands": "commanded rates",
-    "/tool_pose": "true pose of the task's point",
-    "/target_pose": "commanded pose of the task's point",
-    "/tool_command": "twist given to the law, with feedback",
-    "/tf": "base to tool",
-}
-"""Meaning of each topic that has numbers."""
 
 
 def write(run: Run, path: str | os.PathLike[str]) -> None:
@@ -39,7 +31,7 @@ def write(run: Run, path: str | os.PathLike[str]) -> None:
         OSError: if the folder cannot be written.
     """
     try:
-        from stillreach.bags.bag import TARGET, Bag
+        from stillreach.bags.bag import Bag
         from stillreach.bags.messages import placed
     except ImportError as error:
         raise MissingExtraError("recordings", "run.save() to a rosbag2") from error
@@ -51,14 +43,25 @@ def write(run: Run, path: str | os.PathLike[str]) -> None:
     stamps = np.rint(run.time * 1e9).astype(np.int64)
     with tempfile.TemporaryDirectory(dir=target.absolute().parent, prefix=f".{target.name}-") as folder:
         part = Path(folder) / target.name
-        with Bag(part, run.scenario.arm, list(TOPICS)) as bag:
+        with Bag(part, run.scenario.arm, list(_numbers(run, slice(0), placed))) as bag:
             for first in range(0, len(run), CHUNK):
                 ticks = slice(first, first + CHUNK)
-                pose, target_pose = (placed(T[:, :3, :3], T[:, :3, 3]) for T in (run.pose[ticks], run.target[ticks]))
-                rows = (run.q, run.measured, run.rates, None, None, run.command, None)
-                numbers = {topic: pose if row is None else row[ticks] for topic, row in zip(TOPICS, rows, strict=True)}
-                numbers[TARGET] = target_pose
+                numbers = _numbers(run, ticks, placed)
                 bag.add(stamps[ticks], numbers, run.health[ticks], run.known[ticks], run.status[ticks])
         if target.exists():
             shutil.rmtree(target)
         part.rename(target)
+
+
+def _numbers(run: Run, ticks: slice, placed: Callable[[FloatArray, FloatArray], FloatArray]) -> dict[str, FloatArray]:
+    """The numbers of each topic of some ticks."""
+    pose, target = (placed(T[:, :3, :3], T[:, :3, 3]) for T in (run.pose[ticks], run.target[ticks]))
+    return {
+        "/joint_states": run.q[ticks],
+        "/measured_joint_states": run.measured[ticks],
+        "/joint_commands": run.rates[ticks],
+        "/tool_pose": pose,
+        "/target_pose": target,
+        "/tool_command": run.command[ticks],
+        "/tf": pose,
+    }
