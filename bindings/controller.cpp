@@ -12,6 +12,7 @@ void Controller::take_next() {
   state.null_kind = taken->kind;
   state.null_gain = taken->gain;
   state.null_largest = taken->largest;
+  state.null_failures = taken->failures;
   std::swap(gradient, taken->gradient);  // the old one ends with `taken`, and may run Python code then
 }
 
@@ -374,11 +375,12 @@ static void reset(Controller& c, nb::handle rates) {
 }
 
 static void set_null_motion(Controller& c, stillreach::NullMotionKind kind, double gain, double largest,
-                            nb::handle vector, nb::handle gradient) {
+                            nb::handle vector, nb::handle gradient, int failures) {
   auto next = std::make_unique<NullMotion>();
   next->kind = kind;
   next->gain = gain;
   next->largest = largest;
+  next->failures = failures;
   next->vector.assign(to_size(c.n()), 0.0);
   if (!vector.is_none()) read_vector("null_motion", vector, c.n(), next->vector.data());
   if (!gradient.is_none()) next->gradient = nb::borrow(gradient);
@@ -442,7 +444,7 @@ void bind_controller(nb::module_& m) {
   c.def("_set_state", &set_state, nb::arg("state"));
   c.def("_reset", &reset, nb::arg("rates").none());
   c.def("_set_null_motion", &set_null_motion, nb::arg("kind"), nb::arg("gain"), nb::arg("largest"),
-        nb::arg("vector").none(), nb::arg("gradient").none());
+        nb::arg("vector").none(), nb::arg("gradient").none(), nb::arg("failures"));
   c.def_prop_ro(
       "health",
       [](const Controller& s) {

@@ -7,6 +7,7 @@
 struct NullMotion {
   stillreach::NullMotionKind kind;
   double gain, largest;
+  int failures;                // of TOLERANCE: how many joints are lost at once
   std::vector<double> vector;  // n
   nb::object gradient;         // a callable q -> (n,); invalid without one
 };

@@ -51,7 +51,8 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
   if (!noise.is_none()) errors = strict("noise", noise, {steps, n}, false);
   std::vector<View> open;
   open.reserve(12);
-  const auto numbers = [&](const char* name, std::initializer_list<long> shape) {
+  const auto numbers = [&](const char* name, std::initializer_list<long> shape) -> double* {
+    if (!record.contains(name)) return nullptr;
     open.push_back(strict(name, record[name], shape, true));
     return open.back().data();
   };
@@ -68,10 +69,14 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
   to.lower = numbers("lower", {steps, n});
   to.upper = numbers("upper", {steps, n});
   View status, health, known, active;
-  to.status = open_integers<std::int32_t>(status, "status", record["status"], steps, "int32");
-  to.health = open_integers<std::int8_t>(health, "health", record["health"], steps * n, "int8");
-  to.known = open_integers<std::int8_t>(known, "known", record["known"], steps * n, "int8");
-  to.active = open_integers<std::int8_t>(active, "active", record["active"], steps * n, "int8");
+  const auto small = [&](View& view, const char* name) -> std::int8_t* {
+    return record.contains(name) ? open_integers<std::int8_t>(view, name, record[name], steps * n, "int8") : nullptr;
+  };
+  if (record.contains("status"))
+    to.status = open_integers<std::int32_t>(status, "status", record["status"], steps, "int32");
+  to.health = small(health, "health");
+  to.known = small(known, "known");
+  to.active = small(active, "active");
 
   std::vector<double> scratch(4 * to_size(n));
   std::vector<std::int8_t> scratch_active(to_size(n));
@@ -90,21 +95,16 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
   for (long t = 0; t < steps; ++t) {  // the user's gradient is Python's to evaluate, once a tick
     if (t > 0) c.prepare(at.data(), true);
     stillreach::Record row = to;
-    row.q += t * n;
-    row.measured += t * n;
-    row.rates += t * n;
-    row.pose += 16 * t;
-    row.command += 6 * t;
-    row.residual += 6 * t;
-    row.task_error += t;
-    row.damping += t;
-    row.scale += t;
-    row.lower += t * n;
-    row.upper += t * n;
-    row.status += t;
-    row.health += t * n;
-    row.known += t * n;
-    row.active += t * n;
+    for (double** joints : {&row.q, &row.measured, &row.rates, &row.lower, &row.upper})
+      if (*joints) *joints += t * n;
+    for (double** six : {&row.command, &row.residual})
+      if (*six) *six += 6 * t;
+    for (double** one : {&row.task_error, &row.damping, &row.scale})
+      if (*one) *one += t;
+    for (std::int8_t** joints : {&row.health, &row.known, &row.active})
+      if (*joints) *joints += t * n;
+    if (row.pose) row.pose += 16 * t;
+    if (row.status) row.status += t;
     run(t, 1, row);
   }
 }
@@ -125,8 +125,8 @@ static nb::object pose_distances(nb::handle actual, nb::handle wanted, nb::handl
   View from = strict("actual", actual, {-1, 4, 4}, false);
   const long rows = from.size(0);
   View to = strict("wanted", wanted, {rows, 4, 4}, false), mask = strict("asked", asked, {6}, false);
-  nb::object array = new_array(nb::make_tuple(rows, 2));
-  double* off = strict("off", array, {rows, 2}, true).data();
+  nb::object array = new_array(nb::make_tuple(2, rows));
+  double* off = strict("off", array, {2, rows}, true).data();
   nb::gil_scoped_release others_may_run;
   kernel().pose_distances(from.data(), to.data(), rows, mask.data(), along_pose, off);
   return array;
@@ -141,7 +141,7 @@ void bind_rollout(nb::module_& m, nb::class_<Controller>& c) {
         nb::sig("def pose_distances(actual: numpy.typing.NDArray[numpy.float64], wanted: "
                 "numpy.typing.NDArray[numpy.float64], asked: numpy.typing.NDArray[numpy.float64], along_pose: bool) -> "
                 "numpy.typing.NDArray[numpy.float64]"),
-        "(K, 2) distance [m] and angle [rad] of poses (K, 4, 4) from those that are wanted.\n\n"
+        "(2, K) distances [m] and angles [rad] of poses (K, 4, 4) from those that are wanted.\n\n"
         "asked (6,): 1 for each component of the twist between them that counts; along_pose: these are along the axes "
         "of the actual pose, not of the base. NaN where a matrix is no pose.");
   nb::class_<SimulatedPlant>(m, "SimulatedPlant", "An arm with its true faults, late drives and encoders.")
@@ -164,5 +164,6 @@ void bind_rollout(nb::module_& m, nb::class_<Controller>& c) {
       "frames(), "
       "or None; "
       "plant: what the arm makes of the rates, or None; noise (K, n) of its encoders, or None. "
-      "record: arrays by the names of Run, K rows each; advance=False records K ticks at q and leaves it where it is.");
+      "record: arrays by the names of Run, K rows each, those that are wanted; advance=False records K ticks at q and "
+      "leaves it where it is.");
 }

@@ -208,6 +208,7 @@ struct Options {
   double transition_rate = 2.0;  // [1/s] at which the null motion fades in after a fault
   NullMotionKind null_motion = NullMotionKind::NONE;
   double null_gain = 1.0, null_largest = kNoLimit;
+  int null_failures = 1;                 // of TOLERANCE: how many joints are lost at once
   std::vector<double> null_vector = {};  // n: rates or posture, where the null motion needs one
 };
 
@@ -246,6 +247,7 @@ class Controller {
     s.null_kind = options_.null_motion;
     s.null_gain = options_.null_gain;
     s.null_largest = options_.null_largest;
+    s.null_failures = options_.null_failures;
     point_into(s, numbers_.data(), small_.data());
     double *lower = numbers_.data(), *upper = lower + count, *first = upper + count, *last = first + count;
     double *acceleration = last + count, *vector = acceleration + count;
@@ -287,8 +289,14 @@ class Controller {
     if (!(o.transition_rate >= 0.0 && o.transition_rate < HUGE_VAL)) return "transition_rate: at least 0 /s";
     if (o.null_motion == NullMotionKind::GRADIENT) return "null_motion: RATES with the gradient's rates at each tick";
     if (!(o.null_largest > 0.0)) return "null_largest: above 0";
-    const bool climbs = o.null_motion == NullMotionKind::MANIPULABILITY || o.null_motion == NullMotionKind::TOLERANCE;
-    if (climbs && !positive(o.null_largest)) return "null_largest: a finite rate, for this null motion";
+    if (climbing(o.null_motion) && !positive(o.null_largest))
+      return "null_largest: a finite rate, for this null motion";
+    if (o.null_failures < 1 || o.null_failures > kMostFailures) return "null_failures: 1 to 8";
+    const int m = static_cast<int>(o.rows.size());
+    if (o.null_motion == NullMotionKind::TOLERANCE && choices(arm.n(), o.null_failures) > kMostChoices)
+      return "null_failures: at most 5000 sets of so many joints";
+    if (o.null_motion == NullMotionKind::GUARANTEED_SPEED && choices(arm.n(), m - 1) > kMostChoices)
+      return "null_motion: GUARANTEED_SPEED for at most 5000 facets, as 16 joints have in 6 directions";
     if (!o.null_vector.empty() && o.null_vector.size() != to_size(arm.n()))
       return "null_vector: " + std::to_string(arm.n()) + " numbers";
     for (double x : o.null_vector)

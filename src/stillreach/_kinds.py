@@ -9,6 +9,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import Any, ClassVar, Self, TypeVar
 
 from stillreach._forms import Form, Schema
@@ -46,8 +47,9 @@ def key(form: Form, text: str) -> dict[str, Key]:
     return {"key": Key(form, text)}
 
 
+@cache
 def keys_of(cls: Any) -> dict[str, Key]:
-    """The settings of a dataclass by name, with the defaults of its constructor."""
+    """The settings of a dataclass by name, with the defaults of its constructor; not to be changed."""
     parameters = inspect.signature(cls).parameters
     given = [field for field in fields(cls) if "key" in field.metadata and field.name in parameters]
     return {field.name: replace(field.metadata["key"], default=parameters[field.name].default) for field in given}
@@ -73,7 +75,8 @@ class Kind:
     @classmethod
     def keys(cls) -> dict[str, Key]:
         """Its settings in a file, by name."""
-        return keys_of(cls)
+        own: Any = cls
+        return keys_of(own)
 
     @classmethod
     def read(cls, values: dict[str, Any], reading: Reading) -> Self:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from math import comb
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +13,7 @@ import numpy.typing as npt
 from stillreach import _door
 from stillreach._core import NullMotionKind
 from stillreach._door import FloatArray
-from stillreach._forms import Number
+from stillreach._forms import Integer, Number
 from stillreach._kinds import Kind, key
 from stillreach._labels import Labels
 from stillreach._lists import PerJoint
@@ -22,7 +23,18 @@ GAIN = key(Number("1/s", above=0.0), "Gain")
 LARGEST = key(Number("arm/s", above=0.0), "Largest rate of any joint; all rates are scaled down together")
 
 
-Core = tuple[NullMotionKind, float, npt.ArrayLike | None, Callable[..., object] | None]
+MOST_FAILURES, MOST_CHOICES = 8, 5000
+"""Joints of one set, and sets or facets, that a tick looks at; as in the core."""
+
+
+class Core(NamedTuple):
+    """A null motion as the compiled core reads it."""
+
+    kind: NullMotionKind
+    gain: float
+    vector: npt.ArrayLike | None = None
+    gradient: Callable[..., object] | None = None
+    failures: int = 1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,8 +54,11 @@ class NullMotion(Kind):
         object.__setattr__(self, "max_rate", _door.positive("max_rate", self.max_rate, allow_inf=True))
 
     def core(self, joints: Labels) -> Core:
-        """(kind, gain, vector, gradient) as the compiled core reads them."""
+        """As the compiled core reads it."""
         raise TypeError(f"{type(self).__name__} is a base class; use one of the null motions")
+
+    def check(self, n: int, m: int) -> None:
+        """InputError where the null motion does not suit an arm of n joints and a task of m rows."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -63,7 +78,7 @@ class Rates(NullMotion):
 
     def core(self, joints: Labels) -> Core:
         """The given rates."""
-        return self.kind, 1.0, _vector("rates", self.rates, joints), None
+        return Core(self.kind, 1.0, _vector("rates", self.rates, joints))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -85,7 +100,7 @@ class Posture(NullMotion):
 
     def core(self, joints: Labels) -> Core:
         """The posture and its gain."""
-        return self.kind, _door.positive("gain", self.gain), _vector("q", self.q, joints), None
+        return Core(self.kind, _door.positive("gain", self.gain), _vector("q", self.q, joints))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -103,7 +118,7 @@ class Centring(NullMotion):
 
     def core(self, joints: Labels) -> Core:
         """The gain."""
-        return self.kind, _door.positive("gain", self.gain), None, None
+        return Core(self.kind, _door.positive("gain", self.gain))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -129,24 +144,63 @@ class Manipulability(NullMotion):
 
     def core(self, joints: Labels) -> Core:
         """The gain."""
-        return self.kind, _door.positive("gain", self.gain), None, None
+        return Core(self.kind, _door.positive("gain", self.gain))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tolerance(Manipulability):
-    """Towards postures that can afford to lose any one joint: rates gain · ∇ ln min r.
+    """Towards postures that can afford to lose any one joint, or several: rates gain · ∇ ln min r.
 
-    r is the relative manipulability of a working joint: √det(J Jᵀ) without it over that with it. The gradient is
-    analytic. Joints that are nearly as bad as the worst have a part, so that rates do not jump where the worst joint
+    r is the relative manipulability without a set of joints: √det(J Jᵀ) without them over that with them. The gradient
+    is analytic. Sets that are nearly as bad as the worst have a part, so that rates do not jump where the worst set
     changes; those with r below 0.001, as the elbow of a spherical arm in a pose task, have none: no posture helps them.
-    Where no joint is spare, it is zero.
+    Where fewer joints are spare, sets of as many as are spare count; where none is, the gradient is zero.
+
+    Args:
+        gain: [rad²/s].
+        failures: how many joints are lost at once, 1 to 8; at most 5000 sets.
+    """
+
+    word = "tolerance"
+    kind = NullMotionKind.TOLERANCE
+
+    failures: int = field(default=1, metadata=key(Integer(1, MOST_FAILURES), "Joints that are lost at once, 1 to 8"))
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _failures(self.failures)
+
+    def core(self, joints: Labels) -> Core:
+        """Gain and number of failures."""
+        return super().core(joints)._replace(failures=_failures(self.failures))
+
+    def check(self, n: int, m: int) -> None:
+        """InputError for too many sets."""
+        if comb(n, self.failures) > MOST_CHOICES:
+            text = f"{self.failures} of {n} joints, which is {comb(n, self.failures):,} sets"
+            raise InputError("failures", text, f"at most {MOST_CHOICES:,} sets")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GuaranteedSpeed(Manipulability):
+    """Towards postures that are fast without any one joint: rates gain · ∇ ln min s.
+
+    s is the guaranteed speed after the loss of a working joint: what the tool reaches in every direction with the
+    rates of the others, as in ``tolerance.report``. The gradient is analytic, and smooth as that of ``Tolerance``.
+    Joints without which less than 0.001 of the speed is left have no part. Where no joint is spare, it is zero.
 
     Args:
         gain: [rad²/s].
     """
 
-    word = "tolerance"
-    kind = NullMotionKind.TOLERANCE
+    word = "guaranteed-speed"
+    kind = NullMotionKind.GUARANTEED_SPEED
+
+    def check(self, n: int, m: int) -> None:
+        """InputError for more facets than a tick looks at: of more than 16 joints in 6 directions."""
+        if comb(n, m - 1) > MOST_CHOICES:
+            text = f"GuaranteedSpeed for {n} joints and {m} rows"
+            raise InputError("null_motion", text, "at most 16 joints for a pose, or Tolerance")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -171,11 +225,19 @@ class Gradient(NullMotion):
         """The gradient and its gain."""
         gain = _door.positive("gain", self.gain)
         if callable(self.gradient):
-            return self.kind, gain, None, self.gradient
-        return self.kind, gain, _vector("gradient", self.gradient, joints), None
+            return Core(self.kind, gain, None, self.gradient)
+        return Core(self.kind, gain, _vector("gradient", self.gradient, joints))
 
 
-NULL_MOTIONS: tuple[type[NullMotion], ...] = (Manipulability, Tolerance, Centring, Posture, Rates, Gradient)
+NULL_MOTIONS: tuple[type[NullMotion], ...] = (
+    Manipulability,
+    Tolerance,
+    GuaranteedSpeed,
+    Centring,
+    Posture,
+    Rates,
+    Gradient,
+)
 """Every null motion."""
 
 
@@ -192,12 +254,18 @@ def checked_null_motion(value: Any, joints: Labels) -> NullMotion | None:
 
 def null_motion_settings(
     motion: NullMotion | None, joints: Labels
-) -> tuple[NullMotionKind, float, float, npt.ArrayLike | None, Callable[..., object] | None]:
-    """(kind, gain, largest rate, vector, gradient) of a null motion, as the compiled core reads them."""
-    if motion is None:
-        return NullMotionKind.NONE, 0.0, float("inf"), None, None
-    kind, gain, vector, gradient = motion.core(joints)
-    return kind, gain, motion.max_rate, vector, gradient
+) -> tuple[NullMotionKind, float, float, npt.ArrayLike | None, Callable[..., object] | None, int]:
+    """(kind, gain, largest rate, vector, gradient, failures) of a null motion, as the compiled core reads them."""
+    core = Core(NullMotionKind.NONE, 0.0) if motion is None else motion.core(joints)
+    largest = float("inf") if motion is None else motion.max_rate
+    return core.kind, core.gain, largest, core.vector, core.gradient, core.failures
+
+
+def _failures(value: Any) -> int:
+    count = _door.count("failures", value)
+    if count > MOST_FAILURES:
+        raise InputError("failures", f"{count}", f"1 to {MOST_FAILURES}")
+    return count
 
 
 def _vector(name: str, value: Any, joints: Labels) -> FloatArray:

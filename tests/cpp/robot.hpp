@@ -36,6 +36,7 @@ struct Options {
   double period = 0.001;
   double transition_rate = 0.0;
   stillreach::NullMotionKind null_kind = stillreach::NullMotionKind::NONE;
+  int null_failures = 1;
   bool joint_matrix = false;  // a full joint weight: tridiagonal, positive definite
 };
 
@@ -139,6 +140,7 @@ struct Robot {
     s.track_gain = 2.0;
     s.track_linear = s.track_angular = kInfinity;
     s.null_kind = o.null_kind;
+    s.null_failures = o.null_failures;
     s.null_gain = 0.5;
     s.null_largest = 0.5;
   }

@@ -132,6 +132,7 @@ void what_is_wrong_is_said() {
   refused([](auto& o) { o.null_vector = {1.0}; }, "null_vector: 3 numbers");
   refused([](auto& o) { o.null_motion = stillreach::NullMotionKind::MANIPULABILITY; }, "null_largest");
   refused([](auto& o) { o.null_motion = stillreach::NullMotionKind::GRADIENT; }, "null_motion");
+  refused([](auto& o) { o.null_failures = 9; }, "null_failures: 1 to 8");
 }
 
 void the_loop_takes_anything() {

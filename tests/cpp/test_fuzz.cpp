@@ -105,7 +105,8 @@ struct AnyController {
     s.track_gain = below(4) ? 2.0 : decade(-308, 308);
     s.track_linear = below(2) ? kInfinity : decade(-308, 10);
     s.track_angular = below(2) ? kInfinity : below(2);
-    s.null_kind = static_cast<NullMotionKind>(below(6));
+    s.null_kind = static_cast<NullMotionKind>(below(8));
+    s.null_failures = 1 + below(8);
     s.null_gain = below(3) ? 1.0 : decade(-308, 308);
     s.null_largest = below(2) ? kInfinity : decade(-308, 308);
     any_limits();

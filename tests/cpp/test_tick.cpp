@@ -233,11 +233,12 @@ void full_joint_weights_and_null_motions() {
   Random random(8);
   for (const NamedLaw& law : every_law())
     for (int n : {1, 2, 6, 7, 11, 40})
-      for (int null_kind = 0; null_kind <= 5; ++null_kind)
+      for (int null_kind = 0; null_kind <= 7; ++null_kind)
         for (int m : {1, 3, 5, 6}) {
           Options o;
           o.joint_matrix = (n + m) % 2 != 0;
           o.null_kind = static_cast<stillreach::NullMotionKind>(null_kind);
+          o.null_failures = 1 + (n + m) % 3;
           o.position = 3.0;
           o.transition_rate = 2.0;
           o.rows.resize(m);
@@ -257,7 +258,8 @@ void full_joint_weights_and_null_motions() {
 void long_arm() {
   for (const NamedLaw& law : every_law())
     for (const stillreach::NullMotionKind null_kind :
-         {stillreach::NullMotionKind::NONE, stillreach::NullMotionKind::MANIPULABILITY}) {
+         {stillreach::NullMotionKind::NONE, stillreach::NullMotionKind::MANIPULABILITY,
+          stillreach::NullMotionKind::TOLERANCE, stillreach::NullMotionKind::GUARANTEED_SPEED}) {
       Options o;
       o.null_kind = null_kind;
       Robot robot(snake_chain(500), law.settings, o);

@@ -8,15 +8,32 @@ namespace stillreach {
 // Which limits of a joint were changed while the loop runs: they close in within its acceleration limit.
 enum Closing : std::int8_t { CLOSING_RATE = 1, CLOSING_POSITION = 2 };
 
-#define STILLREACH_NULL_MOTION_KIND(X)                      \
-  X(NONE, "No reference rates.")                            \
-  X(RATES, "The given rates.")                              \
-  X(POSTURE, "Towards a posture.")                          \
-  X(CENTRING, "Towards the middle of the position limits.") \
-  X(MANIPULABILITY, "Away from singularities.")             \
-  X(TOLERANCE, "Towards postures that can lose any joint.") \
+#define STILLREACH_NULL_MOTION_KIND(X)                                         \
+  X(NONE, "No reference rates.")                                               \
+  X(RATES, "The given rates.")                                                 \
+  X(POSTURE, "Towards a posture.")                                             \
+  X(CENTRING, "Towards the middle of the position limits.")                    \
+  X(MANIPULABILITY, "Away from singularities.")                                \
+  X(TOLERANCE, "Towards postures that can lose any joint, or several.")        \
+  X(GUARANTEED_SPEED, "Towards postures that are fast without any one joint.") \
   X(GRADIENT, "Along a given gradient.")
 enum class NullMotionKind : int { STILLREACH_NULL_MOTION_KIND(STILLREACH_MEMBER) };
+
+// Whether a null motion climbs a function of the posture that has saddles, and no bound near singularities.
+constexpr bool climbing(NullMotionKind kind) {
+  return kind == NullMotionKind::MANIPULABILITY || kind == NullMotionKind::TOLERANCE ||
+         kind == NullMotionKind::GUARANTEED_SPEED;
+}
+
+constexpr int kMostFailures = 8;         // of one set, of TOLERANCE
+constexpr double kMostChoices = 5000.0;  // sets, or facets, that a tick looks at
+
+// How many sets of so many things there are of n.
+constexpr double choices(int n, int size) {
+  double count = 1.0;
+  for (int i = 0; i < size; ++i) count = count * (n - i) / (i + 1);
+  return count;
+}
 
 struct ControllerState {
   // told once
@@ -46,6 +63,7 @@ struct ControllerState {
   NullMotionKind null_kind;
   double null_gain;
   double null_largest;        // largest rate that a null motion asks for
+  int null_failures = 1;      // of TOLERANCE: how many joints are lost at once
   const double* null_vector;  // n: rates, posture or gradient, by kind
 
   // what is broken

@@ -71,35 +71,35 @@ inline void move(const ControllerState& c, Plant& plant, const double* q, double
 inline void record_tick(const ControllerState& c, const double* q, const double* seen, const Fault* truth,
                         const Answer& a, long row, const Record& to) {
   const int n = c.arm.n;
-  double pose[12];
-  const double* at = c.pose;
-  bool exact = true;
-  for (int i = 0; i < n; ++i) exact &= seen[i] == q[i];
-  if (!exact && doubt_in(q, n) == 0.0) {  // the tool is where the joints are, not where they are said to be
-    arm_kinematics(c.arm, q, c.scratch, pose, static_cast<double*>(nullptr));
-    at = pose;
-  }
-  for (int i = 0; i < n; ++i) {
-    to.q[row * n + i] = q[i];
-    to.measured[row * n + i] = seen[i];
-    to.rates[row * n + i] = a.rates[i];
-    to.lower[row * n + i] = c.lower[i];
-    to.upper[row * n + i] = c.upper[i];
-    to.health[row * n + i] = static_cast<std::int8_t>(truth[i].health);
-    to.known[row * n + i] = static_cast<std::int8_t>(c.faults[i].health);
+  const auto copy = [](const double* from, int count, long tick, double* where) {
+    if (where) STILLREACH_LIBRARY(memcpy)(where + tick * count, from, sizeof(double) * to_size(count));
+  };
+  copy(q, n, row, to.q);
+  copy(seen, n, row, to.measured);
+  copy(a.rates, n, row, to.rates);
+  copy(c.lower, n, row, to.lower);
+  copy(c.upper, n, row, to.upper);
+  copy(c.command, 6, row, to.command);
+  copy(&a.task_error, 1, row, to.task_error);
+  copy(&a.damping, 1, row, to.damping);
+  copy(&a.scale, 1, row, to.scale);
+  if (to.status) to.status[row] = a.status;
+  for (int i = 0; to.health && i < n; ++i) to.health[row * n + i] = static_cast<std::int8_t>(truth[i].health);
+  for (int i = 0; to.known && i < n; ++i) to.known[row * n + i] = static_cast<std::int8_t>(c.faults[i].health);
+  for (int i = 0; to.active && i < n; ++i)
     to.active[row * n + i] = active_reason(a.active[i], c.lower_reason[i], c.upper_reason[i]);
-  }
-  write_pose(at, to.pose + row * 16);
-  for (int r = 0; r < 6; ++r) {
+  for (int r = 0; to.residual && r < 6; ++r) {
     double e = c.command[r];
     for (int i = 0; i < n; ++i) e = madd(-c.jacobian[6 * i + r], a.rates[i], e);
-    to.command[row * 6 + r] = c.command[r];
     to.residual[row * 6 + r] = e;
   }
-  to.task_error[row] = a.task_error;
-  to.damping[row] = a.damping;
-  to.scale[row] = a.scale;
-  to.status[row] = a.status;
+  if (!to.pose) return;
+  double pose[12];
+  bool exact = true;
+  for (int i = 0; i < n; ++i) exact &= seen[i] == q[i];
+  const bool elsewhere = !exact && doubt_in(q, n) == 0.0;  // the tool is where the joints are, not where they are said
+  if (elsewhere) arm_kinematics(c.arm, q, c.scratch, pose, static_cast<double*>(nullptr));
+  write_pose(elsewhere ? pose : c.pose, to.pose + row * 16);
 }
 
 // Rates of the later stages of fourth-order Runge-Kutta, added up into the mean rate over the tick. stage: 3 n numbers.

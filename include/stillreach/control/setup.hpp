@@ -81,6 +81,7 @@ STILLREACH_INLINE void each_setting(ControllerState& s, Visit visit) {
   visit(s.null_kind);
   visit(s.null_gain);
   visit(s.null_largest);
+  visit(s.null_failures);
   all(s.null_vector, head.n);
   all(s.rotary, head.n);
   all(s.rate_lower, head.n);

@@ -107,7 +107,7 @@ inline void pose_distances(const double* actual, const double* wanted, long coun
   for (long t = 0; t < count; ++t) {
     double pose[12], target[12], twist[6];
     if (!read_pose(actual + 16 * t, pose) || !read_pose(wanted + 16 * t, target)) {
-      off[2 * t] = off[2 * t + 1] = infinity() - infinity();
+      off[t] = off[count + t] = infinity() - infinity();
       continue;
     }
     pose_error(target, pose, twist);
@@ -119,7 +119,7 @@ inline void pose_distances(const double* actual, const double* wanted, long coun
         const double along = along_pose ? madd(axis[0], v[0], madd(axis[1], v[1], axis[2] * v[2])) : v[i];
         if (asked[3 * part + i] != 0.0) sum = madd(along, along, sum);
       }
-      off[2 * t + part] = square_root(sum);
+      off[part * count + t] = square_root(sum);
     }
   }
 }

@@ -215,11 +215,15 @@ class Controller(ControllerCore):
         self._null_motion = motion
 
     def _checked_null_motion(self, null_motion: Any) -> Any:
-        """InputError also for Manipulability of a task whose weight is only semidefinite."""
+        """InputError also where the null motion does not suit the arm and the task, or its weight is semidefinite."""
         if isinstance(null_motion, Manipulability) and not self._task_weight_definite:
             expected = "positive definite task weights (leave rows out by Task(rows=...)), or another null motion"
-            raise InputError("null_motion", "Manipulability with task weights that are only semidefinite", expected)
-        return checked_null_motion(null_motion, self._arm.labels)
+            got = f"{type(null_motion).__name__} with task weights that are only semidefinite"
+            raise InputError("null_motion", got, expected)
+        motion = checked_null_motion(null_motion, self._arm.labels)
+        if motion is not None:
+            motion.check(self._arm.n, self._task.m)
+        return motion
 
     def set_limits(
         self,

@@ -14,7 +14,7 @@ from stillreach.arm.dexterity import full_rates
 from stillreach.arm.limits import sampling_range
 from stillreach.errors import InputError
 from stillreach.laws import LAWS, Law
-from stillreach.null_motions import Centring, Gradient, Manipulability, NullMotion, Posture, Tolerance
+from stillreach.null_motions import Centring, Gradient, GuaranteedSpeed, Manipulability, NullMotion, Posture, Tolerance
 from stillreach.plants import KinematicPlant
 from stillreach.simulation import Scenario
 from stillreach.simulation.commanded import along_tool, asked
@@ -178,6 +178,7 @@ def _null_motions(scenario: Scenario) -> Iterable[dict[str, Any]]:
         ("none", None),
         ("away from singularities", Manipulability(gain=0.5, max_rate=largest)),
         ("towards tolerance of failures", Tolerance(gain=0.2, max_rate=largest)),
+        ("towards speed after a failure", GuaranteedSpeed(gain=0.2, max_rate=largest)),
         ("back to the start posture", Posture(q=scenario.start, max_rate=largest)),
     ]
     if np.any(np.all(np.isfinite(scenario.arm.position_limits), axis=1)):
@@ -190,7 +191,7 @@ def _null_motions(scenario: Scenario) -> Iterable[dict[str, Any]]:
         try:
             controller.set_null_motion(motion)
         except InputError:
-            continue  # it does not go with these weights
+            continue  # it does not go with this arm, task or weights
         yield {"label": label, "setup": setup_of(controller)}
 
 

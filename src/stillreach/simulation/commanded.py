@@ -95,8 +95,8 @@ def in_axes(task: Task, twists: FloatArray, poses: FloatArray) -> FloatArray:
 
 def _off(task: Task, actual: FloatArray, wanted: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Distances (T,) [m] and angles (T,) [rad] between poses (T, 4, 4), in the rows of the task."""
-    distances = pose_distances(actual, wanted, asked(task).ravel(), along_tool(task))
-    return distances[:, 0], distances[:, 1]
+    distance, angle = pose_distances(actual, wanted, asked(task).ravel(), along_tool(task))
+    return distance, angle
 
 
 def beside_path(run: Run, goal: Commanded) -> float:

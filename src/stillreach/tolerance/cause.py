@@ -57,32 +57,27 @@ def cause_of(scenario: Scenario, record: Mapping[str, np.ndarray], since: int, t
     at = since + int(np.argmax(record["task_error"][since : tick + 1]))
     lower, upper, active = record["lower"][at], record["upper"][at], record["active"][at]
     reason, health, fixed = np.abs(active), record["known"][at], lower == upper
+    hurt = reason == Reason.FAULT
+    causes = {
+        Cause.DIRECTION: np.zeros(len(lower), dtype=bool),
+        Cause.RANGE: hurt & (health == Health.CONFINED),
+        Cause.ONE_WAY: hurt & (health == Health.ONE_WAY),
+        Cause.POSITION: reason == Reason.POSITION,
+    }
+    kept = np.array(list(causes.values()))  # of all bounds, only these
     still = np.zeros_like(lower)
-
-    def left(low: FloatArray, high: FloatArray) -> FloatArray:
-        return _left(scenario, record, at, (low, high))
-
-    def impossible(kept: np.ndarray) -> bool:
-        """Whether the command cannot be done where of all bounds only some are kept."""
-        low = np.where(fixed | (kept & (active < 0)), lower, -np.inf)
-        high = np.where(fixed | (kept & (active > 0)), upper, np.inf)
-        return bool(np.linalg.norm(left(low, high)) > least)
-
-    wanted = left(still, still)
+    low = np.where(fixed | (kept & (active < 0)), lower, -np.inf)
+    high = np.where(fixed | (kept & (active > 0)), upper, np.inf)
+    wanted, undone, *rest = _left(scenario, record, at, np.vstack([still, lower, low]), np.vstack([still, upper, high]))
     least = MISSED * float(np.linalg.norm(wanted)) + NOTHING
-    if impossible(np.zeros(len(lower), dtype=bool)):
+    impossible = dict(zip(causes, np.linalg.norm(rest, axis=1) > least, strict=True))
+    if impossible[Cause.DIRECTION]:
         return Cause.DIRECTION, -1
-    undone = left(lower, upper)
     if np.linalg.norm(undone) <= least:
         return Cause.LAW, -1
-    hurt = reason == Reason.FAULT
-    for cause, kept in (
-        (Cause.RANGE, hurt & (health == Health.CONFINED)),
-        (Cause.ONE_WAY, hurt & (health == Health.ONE_WAY)),
-        (Cause.POSITION, reason == Reason.POSITION),
-    ):
-        if kept.any() and impossible(kept):
-            return cause, int(np.argmax(kept))
+    for cause, bounds in causes.items():
+        if bounds.any() and impossible[cause]:
+            return cause, int(np.argmax(bounds))
     if (health == Health.RUNAWAY).any():
         return Cause.RUNAWAY, int(np.argmax(health == Health.RUNAWAY))
     if undone @ wanted - undone @ undone <= HARDLY * (undone @ wanted):
@@ -91,10 +86,9 @@ def cause_of(scenario: Scenario, record: Mapping[str, np.ndarray], since: int, t
     return Cause.SPEED, int(np.argmax(slow)) if slow.any() else -1
 
 
-def _left(scenario: Scenario, record: Mapping[str, Any], at: int, bounds: tuple[FloatArray, FloatArray]) -> FloatArray:
-    """(m,) what the best rates inside some bounds leave of the command of a tick."""
-    one, law = slice(at, at + 1), LeastError(price=None, weights=scenario.law.weights if scenario.law else None)
-    q, twist = record["measured"][one], record["command"][one]
-    found = solve_batch(scenario.arm, law, q, twist, bounds, task=scenario.task, want="residual")
-    left: FloatArray = np.asarray(found.residual)[0]
-    return left
+def _left(scenario: Scenario, record: Mapping[str, Any], at: int, lower: FloatArray, upper: FloatArray) -> FloatArray:
+    """(K, m) what the best rates inside some bounds (K, n) leave of the command of a tick."""
+    law = LeastError(price=None, weights=scenario.law.weights if scenario.law else None)
+    q, twist = (np.tile(record[name][at], (len(lower), 1)) for name in ("measured", "command"))
+    found = solve_batch(scenario.arm, law, q, twist, (lower, upper), task=scenario.task, want="residual", threads=1)
+    return np.asarray(found.residual)

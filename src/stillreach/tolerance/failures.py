@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
@@ -103,13 +103,14 @@ class Failures:
 
     def faults(self, scenario: Scenario, place: tuple[int, int, int], q: np.ndarray) -> list[Fault]:
         """The faults of a case, whose joints stand at q (n,)."""
-        kind, which, moment = place
-        at = float(self.ticks[moment]) * scenario.period
-        make = self.made[kind]
-        return [
-            Fault(joint, at=at, kind=make(scenario, joint, float(q[joint])), known_after=self.known_after)
-            for joint in self.sets[which]
-        ]
+        at = float(self.ticks[place[2]]) * scenario.period
+        broken = self.broken(scenario, place, q)
+        return [Fault(joint, at=at, kind=kind, known_after=self.known_after) for joint, kind in broken]
+
+    def broken(self, scenario: Scenario, place: tuple[int, int, int], q: np.ndarray) -> Iterator[tuple[int, FaultKind]]:
+        """The joints that fail in a case, and how."""
+        make = self.made[place[0]]
+        return ((joint, make(scenario, joint, float(q[joint]))) for joint in self.sets[place[1]])
 
 
 def _kinds(kinds: Any) -> tuple[tuple[str, ...], tuple[Made, ...]]:

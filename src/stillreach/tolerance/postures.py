@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -16,7 +16,7 @@ from stillreach.arm.dexterity import task_jacobian
 from stillreach.arm.relative import null_basis
 from stillreach.control import Controller
 from stillreach.errors import InputError
-from stillreach.null_motions import Tolerance
+from stillreach.null_motions import GuaranteedSpeed, NullMotion, Tolerance
 from stillreach.simulation import Scenario
 from stillreach.simulation.pose_table import PoseTable
 from stillreach.simulation.progress import Progress
@@ -42,34 +42,42 @@ LOOKS = 12
 
 @dataclass(frozen=True, eq=False)
 class Posture:
-    """A posture that can afford to lose any one joint.
+    """A posture that can afford to lose any one joint, or any set of several.
 
     Args:
         q: (n,) [rad] or [m].
-        worst: the relative manipulability of the joint whose loss leaves least, there; 0 to 1.
-        joint: name of that joint.
+        worst: what the worst loss leaves, there: relative manipulability from 0 to 1, or guaranteed speed.
+        joints: names of those that are lost.
         before: the same at the start.
     """
 
     q: FloatArray
     worst: float
-    joint: str
+    joints: tuple[str, ...]
     before: float
 
 
 def best_posture(
-    arm: Arm, pose: npt.ArrayLike, start: npt.ArrayLike, *, task: Task | None = None, seed: int = 1994
+    arm: Arm,
+    pose: npt.ArrayLike,
+    start: npt.ArrayLike,
+    *,
+    task: Task | None = None,
+    climb: Tolerance | GuaranteedSpeed | None = None,
+    seed: int = 1994,
 ) -> Posture:
-    """The configuration of a pose of the tool in which the worst joint to lose costs least.
+    """The configuration of a pose of the tool in which the worst loss costs least.
 
     Random configurations of the pose within the position limits, and the start itself; the best of them follow the
-    gradient of the worst relative manipulability with the tool in place. Never worse than the start.
+    gradient of what the worst loss leaves, with the tool in place. Never worse than the start.
 
     Args:
         arm: the arm.
         pose: (4, 4) [m] of the task's point.
         start: (n,) [rad] or [m], which has that pose.
         task: rows, frame and point; None: the full pose.
+        climb: what the worst loss shall leave most of: the manipulability of ``Tolerance(failures=k)``, or the speed of
+            ``GuaranteedSpeed()``; with its gain and largest rate. None: ``Tolerance()``, for any one joint.
         seed: of the random configurations.
 
     Raises:
@@ -83,33 +91,45 @@ def best_posture(
     reached = arm.inverse(target, q, task=chosen, nearest=True)
     if not reached.reached or float(np.max(np.abs(reached.q - q))) > 1e-6:
         raise InputError("start", "a configuration that does not have the pose", "one with the tool at the pose")
+    motion = Tolerance(gain=GAIN, max_rate=LARGEST) if climb is None else climb
+    if not isinstance(motion, Tolerance | GuaranteedSpeed):
+        raise InputError("climb", _door.describe(climb), "a Tolerance or a GuaranteedSpeed")
+    motion.check(arm.n, chosen.m)
     number = _door.count("seed", seed, minimum=0)
-    before = _worst(arm, q, chosen)[0]
+
+    def worst(at: FloatArray) -> float:
+        return _worst(arm, at, chosen, motion)[0]
+
+    before = worst(q)
     found = arm.inverse(target, q, task=chosen, solutions=SAMPLES, starts=4 * SAMPLES, seed=number)
     samples = [q, *found.q[: int(found.found)]]
-    marks = [_worst(arm, sample, chosen)[0] for sample in samples]
+    marks = [worst(sample) for sample in samples]
     order = np.argsort(marks, kind="stable")[::-1]
     best, mark = samples[order[0]], marks[order[0]]
     for place in order[:CLIMBED]:
-        for at in _climbed(arm, samples[place], target, chosen):
-            worth = _worst(arm, at, chosen)[0]
+        for at in _climbed(arm, samples[place], target, chosen, motion):
+            worth = worst(at)
             if worth > mark:
                 best, mark = at, worth
-    best = _polished(arm, best, target, chosen)
-    worst, joint = _worst(arm, best, chosen)
-    return Posture(_door.frozen(best), worst, joint, before)
+    best = _polished(arm, best, target, chosen, worst)
+    left, joints = _worst(arm, best, chosen, motion)
+    return Posture(_door.frozen(best), left, joints, before)
 
 
-def _worst(arm: Arm, q: FloatArray, task: Task) -> tuple[float, str]:
-    """The relative manipulability of the joint whose loss leaves least, and its name; 0 where the arm is singular."""
-    found = report(arm, q, k=1, task=task)
-    (joint,), left = found.worst()
-    return (left if found.rank == task.m else 0.0), joint
+def _worst(arm: Arm, q: FloatArray, task: Task, motion: NullMotion) -> tuple[float, tuple[str, ...]]:
+    """What the worst loss leaves, and the joints that are lost; 0 where the arm is singular."""
+    failures = motion.failures if isinstance(motion, Tolerance) else 1
+    found = report(arm, q, k=failures, task=task)
+    joints, left = found.worst(failures)
+    if isinstance(motion, GuaranteedSpeed):
+        place = int(np.argmin(found.speeds[0]))
+        joints, left = (arm.joint_names[found.sets[0][place, 0]],), float(found.speeds[0][place])
+    return (left if found.rank == task.m else 0.0), joints
 
 
-def _climbed(arm: Arm, q: FloatArray, target: FloatArray, task: Task) -> Iterator[FloatArray]:
-    """Configurations of the same pose along the gradient of the worst relative manipulability."""
-    controller = Controller(arm, task=task, null_motion=Tolerance(gain=GAIN, max_rate=LARGEST), period=PERIOD)
+def _climbed(arm: Arm, q: FloatArray, target: FloatArray, task: Task, motion: NullMotion) -> Iterator[FloatArray]:
+    """Configurations of the same pose along the gradient of what the worst loss leaves."""
+    controller = Controller(arm, task=task, null_motion=motion, period=PERIOD)
     at = q.copy()
     for step in range(1, STEPS + 1):
         at = at + PERIOD * controller.track(at, target).rates
@@ -119,15 +139,17 @@ def _climbed(arm: Arm, q: FloatArray, target: FloatArray, task: Task) -> Iterato
                 yield np.asarray(there.q)
 
 
-def _polished(arm: Arm, q: FloatArray, target: FloatArray, task: Task) -> FloatArray:
+def _polished(
+    arm: Arm, q: FloatArray, target: FloatArray, task: Task, worst: Callable[[FloatArray], float]
+) -> FloatArray:
     """The best configuration nearby: small steps along the self-motion, where the gradient's smooth minimum ends."""
-    mark, step = _worst(arm, q, task)[0], LONGEST
+    mark, step = worst(q), LONGEST
     while step > SHORTEST:
         axes = null_basis(task_jacobian(arm, q, task)).T
         better = None
         for way in (*axes, *-axes):
             there = arm.inverse(target, q + step * way, task=task, nearest=True, starts=1)
-            worth = _worst(arm, np.asarray(there.q), task)[0] if there.reached else -1.0
+            worth = worst(np.asarray(there.q)) if there.reached else -1.0
             if worth > mark:
                 better, mark = np.asarray(there.q), worth
         if better is None:

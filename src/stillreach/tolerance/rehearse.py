@@ -126,6 +126,8 @@ def _scenario(task: Any, settings: Mapping[str, Any]) -> Scenario:
     return scenario
 
 
+RECORDED = ("measured", "rates", "pose", "command", "task_error", "lower", "upper", "known", "active")
+"""What a case keeps of its ticks, until it is judged."""
 OVER = 1e-9
 """Relative; a rate this much beyond its bounds is rounding."""
 
@@ -137,9 +139,10 @@ def targets(scenario: Scenario) -> FloatArray:
 
 @dataclass(frozen=True)
 class _Moment:
-    """The healthy run just before a tick."""
+    """The healthy run just before a tick, and the tick from which the controller knows of a failure then."""
 
     q: FloatArray
+    informed: int
     memory: Any
     plant: SimulatedPlant | None
 
@@ -159,6 +162,7 @@ class _Course:
         faults = scenario.faults
         self.has_plant = not plant.exact or known_after > 0.0 or any(fault.known_after for fault in faults)
         self.noise = plant.errors(self.ticks, self.n)
+        self.known_after = known_after
         task = scenario.task
         assert task is not None
         self.keeps_bounds = not isinstance(scenario.law, Pseudoinverse | SingularityRobust)
@@ -170,7 +174,7 @@ class _Course:
         return plant.simulated(self.n, self.scenario.period) if self.has_plant else None
 
     def distances(self, pose: FloatArray, first: int) -> FloatArray:
-        """(K, 2) distance [m] and angle [rad] from the targets from a tick on."""
+        """(2, K) distances [m] and angles [rad] from the targets from a tick on."""
         wanted = self.target[first : first + len(pose)]
         return np.asarray(pose_distances(pose, wanted, self.asked, self.along_tool))
 
@@ -186,9 +190,11 @@ class _Course:
             tick = until
             if until < self.ticks:
                 found.q[len(moments)] = q
-                moments.append(_Moment(q.copy(), worker.controller.memory(), plant.copy() if plant else None))
+                informed = self.scenario.tick_at(until * self.scenario.period + self.known_after)
+                state = worker.controller.memory(), plant.copy() if plant else None
+                moments.append(_Moment(q.copy(), min(informed, self.ticks), *state))
         off = self.distances(worker.record["pose"], 0)
-        found.healthy_distance[:], found.healthy_angle[:] = off.T
+        found.healthy_distance[:], found.healthy_angle[:] = off
         return moments
 
 
@@ -199,7 +205,6 @@ class _Worker:
         self.course = course
         self.controller = course.scenario.controller()
         self.record = empty_record(course.ticks, course.n)
-        self.rows = [name for name in self.record if name not in ("time", "path_time", "target")]
 
     def go(
         self,
@@ -231,7 +236,7 @@ class _Worker:
                 advance=not last,
                 plant=plant,
                 noise=None if course.noise is None or plant is None else course.noise[a:b],
-                record={name: self.record[name][a:b] for name in self.rows},
+                record={name: self.record[name][a:b] for name in RECORDED},
             )
 
 
@@ -291,26 +296,25 @@ def _case(
     place: tuple[int, int, int],
 ) -> None:
     """One case, from its onset to the end; what became of it goes into the rehearsal."""
-    course, first = worker.course, int(cases.ticks[place[2]])
+    course, first, informed = worker.course, int(cases.ticks[place[2]]), moment.informed
     scenario = course.scenario
-    faults = cases.faults(scenario, place, moment.q)
-    informed = int(min(scenario.tick_at(faults[0].at + cases.known_after), course.ticks))
     if scenario.faults:
-        changes, known = fault_changes(scenario, (*scenario.faults, *faults))
+        changes, known = fault_changes(scenario, (*scenario.faults, *cases.faults(scenario, place, moment.q)))
     else:  # the same, sooner
-        told: list[Change] = [(joint, fault.kind) for joint, fault in zip(cases.sets[place[1]], faults, strict=True)]
+        told: list[Change] = list(cases.broken(scenario, place, moment.q))
         changes, known = {first: told}, {informed: told}
     worker.controller.recall(moment.memory)
     plant = moment.plant.copy() if moment.plant else None
     worker.go(first, course.ticks, moment.q.copy(), plant, changes, known)
     off = course.distances(worker.record["pose"][first:], first)
-    informed = min(informed, scenario.steps)
-    worst = np.argmax(off, axis=0)
-    found.worst_distance[place], found.worst_angle[place] = off[worst[0], 0], off[worst[1], 1]
-    found.worst_time[place] = (first + worst[0]) * scenario.period
-    found.final_distance[place], found.final_angle[place] = off[-1]
-    found.delay_distance[place], found.delay_angle[place] = off[informed - first]
-    beyond = np.flatnonzero(np.any(off > found.limits, axis=1))
+    informed = min(informed, course.ticks - 1)
+    distance, angle = off
+    farthest = int(distance.argmax())
+    found.worst_distance[place], found.worst_angle[place] = distance[farthest], angle[angle.argmax()]
+    found.worst_time[place] = (first + farthest) * scenario.period
+    found.final_distance[place], found.final_angle[place] = off[:, -1]
+    found.delay_distance[place], found.delay_angle[place] = off[:, informed - first]
+    beyond = np.flatnonzero((distance > found.limits[0]) | (angle > found.limits[1]))
     if not course.keeps_bounds:
         tick, joint = _outside(worker.record, first)
         if joint >= 0 and not (len(beyond) and first + beyond[0] <= tick):

@@ -128,9 +128,32 @@ class Report:
         """(lost, m) unit twists in the task's rows [m, rad] that are possible only with these joints."""
         size, place = self._place(joints)
         J, rates, least = self._jacobian()
-        served = directions(J * rates, least).served
+        served = self._served()
         rest = np.delete(served.T @ (J * rates), self._columns(self.sets[size][place]), axis=1)
         return np.ascontiguousarray((served @ directions(rest, least, served).lost).T)
+
+    def weakest_direction(self, joints: Iterable[str | int]) -> tuple[FloatArray, float]:
+        """The direction of the tool that suffers most from the loss of these joints.
+
+        Returns:
+            (m,) unit twist in the task's rows [m, rad], and what is left of the tool's motion in it, 0 to 1: norm of
+            the direction's row of the Jacobian without the joints over that with them. For one joint, it is the
+            relative manipulability. Where a direction is lost, it is that.
+        """
+        size, place = self._place(joints)
+        J, _, _ = self._jacobian()
+        served = self._served()
+        U, L = np.linalg.qr((served.T @ J).T)  # J' = U L
+        rest = np.delete(U, self._columns(self.sets[size][place]), axis=0)
+        _, sigma, Vt = np.linalg.svd(rest, full_matrices=True)
+        found = served @ np.linalg.solve(L, Vt[-1])
+        left = sigma[-1] if len(sigma) == len(Vt) else 0.0
+        return np.ascontiguousarray(found / np.linalg.norm(found)), float(left)
+
+    def _served(self) -> FloatArray:
+        """(m, rank) directions in which the tool can move."""
+        J, rates, least = self._jacobian()
+        return directions(J * rates, least).served
 
     def jump(self, rates: npt.ArrayLike) -> FloatArray:
         """(n,) [rad/s, m/s] the jump of all rates (their norm) when each joint locks, from minimum-norm rates (n,).
@@ -168,6 +191,9 @@ class Report:
         J, _, _ = self._jacobian()
         weighted = J * _scales(self.task)[:, None]
         return float(guaranteed(weighted, normals(weighted)[0], *self._bounds(faults)))
+
+    def _weakest_words(self, joint: str) -> str:
+        return direction(self.weakest_direction([joint])[0], self.task.indices, signed=False)
 
     def _bounds(self, faults: Mapping[str | int, FaultKind]) -> tuple[FloatArray, FloatArray]:
         """Bounds of the working joints' rates."""
@@ -224,7 +250,7 @@ class Report:
             words = [
                 f"{name} ({'; '.join(direction(twist, self.task.indices, signed=False) for twist in lost[name])})"
                 if len(lost[name])
-                else f"{name} ({share(self.relative_to([name]))} remaining)"
+                else f"{name} ({share(self.relative_to([name]))} remaining, least of {self._weakest_words(name)})"
                 for name in critical
             ]
             text = f"The critical {which} {joined(words, 'and')}."

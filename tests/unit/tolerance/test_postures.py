@@ -37,6 +37,29 @@ def test_the_best_posture_beats_its_start_and_every_random_one(arm, poses):
         assert found.worst >= max(worst(arm, other) for other in others.q[: int(others.found)]) - 1e-9
 
 
+def slowest(arm, q):
+    return float(np.min(sr.tolerance.report(arm, q, k=1).speeds[0]))
+
+
+@pytest.mark.parametrize(
+    ("climb", "left"),
+    [
+        (sr.null_motions.Tolerance(failures=2), lambda arm, q: sr.tolerance.report(arm, q, k=2).worst(2)[1]),
+        (sr.null_motions.GuaranteedSpeed(gain=0.1, max_rate=0.3), slowest),
+    ],
+    ids=["pairs", "speed"],
+)
+def test_it_climbs_what_is_asked_for(climb, left):
+    """Of 100 other configurations of the pose, none leaves more."""
+    arm, q = NASA, LEANING + 0.2
+    found = sr.tolerance.best_posture(arm, arm.forward(q), q, climb=climb)
+    assert found.before == pytest.approx(left(arm, q))
+    assert found.worst == pytest.approx(left(arm, found.q))
+    assert len(found.joints) == (2 if left is not slowest else 1)
+    others = arm.inverse(arm.forward(q), q, solutions=100, starts=400, seed=99)
+    assert found.worst >= max(left(arm, other) for other in others.q[: int(others.found)])
+
+
 def test_a_task_of_fewer_rows():
     task = sr.Task(rows="position")
     found = sr.tolerance.best_posture(PANDA, PANDA.forward(BENT), BENT, task=task)
@@ -49,6 +72,8 @@ def test_mistakes_of_a_posture():
         sr.tolerance.best_posture(PANDA, PANDA.forward(BENT), BENT + 0.1)
     with pytest.raises(InputError, match="arm: got 3"):
         sr.tolerance.best_posture(3, np.eye(4), BENT)
+    with pytest.raises(InputError, match="climb: got 3, expected a Tolerance or a GuaranteedSpeed"):
+        sr.tolerance.best_posture(PANDA, PANDA.forward(BENT), BENT, climb=3)
     with pytest.raises(InputError, match="pose: got"):
         sr.tolerance.best_posture(PANDA, np.ones((4, 4)), BENT)
     found = sr.tolerance.rehearse(task(PANDA, BENT, sr.Line([0, 0.1, 0], duration=1.0, relative=True)), onsets=3)

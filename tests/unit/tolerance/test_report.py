@@ -10,6 +10,7 @@ from scipy.spatial import ConvexHull
 
 import stillreach as sr
 from stillreach import InputError
+from stillreach._words import direction
 from stillreach.arm.relative import best_possible, failure_sets, null_basis, without
 from stillreach.errors import UnknownJointError
 from stillreach.tolerance.speeds import guaranteed, normals
@@ -189,7 +190,10 @@ def test_a_spherical_arm_cannot_lose_its_elbow_in_any_pose():
             continue
         assert report.relative[0][3] < 1e-10
         assert "j4" in report.critical
-        assert len(report.lost_directions(["j4"])) == 1
+        (lost,) = report.lost_directions(["j4"])
+        weakest, left = report.weakest_direction(["j4"])
+        assert abs(weakest @ lost) > 1.0 - 1e-9
+        assert left < 1e-10
     assert singular < 5
 
 
@@ -203,6 +207,26 @@ def test_rounded_files_of_such_arms_get_the_same_verdict(name):
     assert report.worst()[0] == (elbow,)
     assert f"{elbow} (" in report.verdict
     assert report.worst()[1] < {"iiwa14": 1e-3, "xarm7": 0.1, "gen3": 0.02}[name]  # the offsets of their elbows
+    weakest, left = report.weakest_direction([elbow])
+    assert left == pytest.approx(report.worst()[1], rel=1e-6, abs=1e-12)
+    J = arm.jacobian(q)
+    assert np.linalg.norm(weakest @ np.delete(J, 3, axis=1)) == pytest.approx(
+        left * np.linalg.norm(weakest @ J), abs=1e-9
+    )
+    word = "(" if name == "iiwa14" else "remaining, least of"
+    assert f"{word} {direction(weakest, range(6), signed=False)}".replace("( ", "(") in report.verdict
+
+
+@pytest.mark.parametrize("joints", [["j2"], ["j3", "j8"], ["j1", "j5", "j11"]])
+def test_no_direction_suffers_more_than_the_weakest(joints):
+    arm, q = sr.arms.nasa_modular(), np.linspace(0.1, 1.1, 11)
+    weakest, left = sr.tolerance.report(arm, q, k=3).weakest_direction(joints)
+    J = arm.jacobian(q)
+    rest = np.delete(J, [arm.joint_index(joint) for joint in joints], axis=1)
+    near = weakest + np.random.default_rng(2).normal(size=(2000, 6)) * np.logspace(-6, 1, 2000)[:, None]
+    others = np.linalg.norm(near @ rest, axis=1) / np.linalg.norm(near @ J, axis=1)
+    assert np.linalg.norm(weakest @ rest) / np.linalg.norm(weakest @ J) == pytest.approx(left, rel=1e-12)
+    assert others.min() > left * (1.0 - 1e-12)
 
 
 def test_canadarm2_with_joint_2_at_a_right_angle_is_singular_without_it():
