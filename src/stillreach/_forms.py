@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from typing import Any
 
 from stillreach import _door
@@ -26,7 +27,7 @@ UNITS = {
 Schema = dict[str, Any]
 
 
-class Form:
+class Form(ABC):
     """What a value may be; in words, ``expected``, the ``unit`` of its numbers and the ``words`` among its values."""
 
     expected: str
@@ -57,11 +58,11 @@ class Form:
 
     def checked(self, name: str, value: Any) -> Any:
         """A value that Python code gave, in SI units; InputError where it is something else."""
-        raise NotImplementedError
+        raise TypeError(f"the constructor checks {name}: {type(self).__name__} is a form of files")
 
+    @abstractmethod
     def schema(self, tables: Schema) -> Schema:
         """Its JSON schema; tables that it refers to are put in ``tables`` by name."""
-        raise NotImplementedError
 
 
 class Number(Form):

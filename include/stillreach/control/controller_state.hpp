@@ -25,6 +25,7 @@ constexpr bool climbing(NullMotionKind kind) {
          kind == NullMotionKind::GUARANTEED_SPEED;
 }
 
+constexpr double kFullRate = 1.0;        // [rad/s, m/s] of a joint without a limit, where speeds are compared
 constexpr int kMostFailures = 8;         // of one set, of TOLERANCE
 constexpr double kMostChoices = 5000.0;  // sets, or facets, that a tick looks at
 

@@ -9,7 +9,6 @@ STILLREACH_BEGIN
 
 // Directions count as lost where all joints that work, at their full rates, give less than this [m/s], [rad/s].
 constexpr double kLeastSpeed = 1e-3, kLeastTurn = 1.7453292519943296e-3;  // 1 mm/s, 0.1 deg/s
-constexpr double kFullRate = 1.0;                                         // [rad/s, m/s] of a joint without a limit
 
 struct Insight {
   int lost;                // directions of the task that the arm has lost

@@ -6,7 +6,6 @@
 STILLREACH_BEGIN
 
 constexpr double kHopeless = 1e-3;  // what is left where it says more of the arm than of its posture
-constexpr double kFullRate = 1.0;   // [rad/s, m/s] the speed of a joint without a rate limit, as in Python's report
 constexpr double kNearWorst = 1.8;  // losses up to this much above the worst have a part in the gradient
 
 // The part that a loss has in the gradient of the worst: (worst / its own)^8, so that the gradient does not jump where

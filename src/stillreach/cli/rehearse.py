@@ -207,7 +207,7 @@ def _record(found: Rehearsal, path: Path) -> list[Path]:
 
 def _print(found: Rehearsal, shares: dict[str, float]) -> None:
     from stillreach.cli._terminal import console, print_table, table
-    from stillreach.tolerance.rehearsal import HEAD
+    from stillreach.tolerance.account import HEAD
 
     out = console()
     out.print(found.scenario.title, style="bold")

@@ -13,9 +13,10 @@ from stillreach import _door
 from stillreach._door import FloatArray
 from stillreach._files import new_file
 from stillreach._messages import one_of
-from stillreach._words import aligned, joined, shown
+from stillreach._words import aligned
 from stillreach.errors import InputError, MissingExtraError
-from stillreach.simulation import Scenario, simulate
+from stillreach.simulation import Scenario
+from stillreach.tolerance import account
 from stillreach.tolerance.cause import WORDS, Cause
 from stillreach.tolerance.failures import Failures
 
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-HEAD = ("fails", "survives", "position alone", "worst error", "lost", "mostly because of")
-"""Columns of the table."""
 LEAST_ALLOWED = 1e-12
 """[m, rad]"""
 Place = tuple[int, int, int]
@@ -210,24 +209,6 @@ class Rehearsal:
         edges = np.flatnonzero(np.diff(np.concatenate([[False], lost, [False]])))
         return [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
-    def when(self, which: int, kind: int | None = None) -> str:
-        """When a set of joints cannot fail, in words."""
-        last, onset = len(self.onset) - 1, self.onset
-        words = []
-        for a, b in self.gaps(which, kind):
-            if (a, b) == (0, last):
-                return "at any time"
-            if a == b:
-                words.append(f"at {onset[a]:.3g} s")
-            elif a == 0:
-                words.append(f"until {onset[b]:.3g} s")
-            elif b == last:
-                words.append(f"from {onset[a]:.3g} s on")
-            else:
-                words.append(f"between {onset[a]:.3g} and {onset[b]:.3g} s")
-        more = ["once more" if len(words) == 4 else f"{len(words) - 3} more times"] if len(words) > 3 else []
-        return joined([*words[:3], *more], "and") if words else "never"
-
     @property
     def ranking(self) -> list[int]:
         """The sets of joints, from the one whose failure is survived least often on."""
@@ -236,99 +217,45 @@ class Rehearsal:
         worst = np.nan_to_num(np.max(np.nan_to_num(self.worst_distance, nan=0.0), axis=(0, 2)))
         return sorted(range(len(shares)), key=lambda which: (shares[which], -worst[which]))
 
-    @property
-    def verdict(self) -> str:
-        """The result in one or two sentences."""
-        count = int(np.count_nonzero(self.done))
-        if not count:
-            return "No failure was rehearsed."
-        first = f"The arm survives {_percent(self.share)} of {count} failures{_within(self)}"
-        if not self.healthy_survives:
-            off = float(np.nanmax(self.healthy_distance)), float(np.nanmax(self.healthy_angle))
-            return f"{first}; but without a failure it is itself up to {_errors(self, off)} off."
-        bad = [which for which in self.ranking if self.gaps(which)]
-        if not bad:
-            return f"{first}: every one, and the tool stays within {_errors(self, self._worst(slice(None)))}."
-        always = [self.joints[which] for which in bad if self.when(which) == "at any time"]
-        texts = [f"{joined(always[:6], 'or')} at any time" + _more(always, 6)] if always else []
-        some = [which for which in bad if self.when(which) != "at any time"]
-        texts += [f"{self.joints[which]} {self.when(which)}" for which in some[:4]]
-        text = f"{first}. It cannot lose {'; nor '.join(texts)}{_more(some, 4)}"
-        good = [which for which in range(len(self.joints)) if which not in bad]
-        if good:
-            names = joined([self.joints[which] for which in good[:6]], "and") + _more(good, 6)
-            text += f". It can lose {names} at any time, and stays within {_errors(self, self._worst(good))}"
-        return f"{text}."
-
     def _share(self, which: int) -> float:
         """The share of the failures of a set of joints that are survived."""
         return int(np.sum(self.survives[:, which])) / max(int(np.sum(self.done[:, which])), 1)
 
-    def _worst(self, which: Any) -> tuple[float, float]:
+    def worst_of(self, which: Any) -> tuple[float, float]:
+        """[m] and [rad]: the largest errors of some sets of joints."""
         distance, angle = self.worst_distance[:, which], self.worst_angle[:, which]
         return float(np.nanmax(distance)), float(np.nanmax(angle))
 
+    def when(self, which: int, kind: int | None = None) -> str:
+        """When a set of joints cannot fail, in words."""
+        return account.when(self, which, kind)
+
+    @property
+    def verdict(self) -> str:
+        """The result in one or two sentences."""
+        return account.verdict(self)
+
     def table(self) -> Iterator[tuple[str, ...]]:
-        """Rows for HEAD: the joints that fail, from the worst on; kinds together."""
-        for which in self.ranking:
-            done = self.done[:, which]
-            count = max(int(np.sum(done)), 1)
-            lost = done & ~self.survives[:, which]
-            causes = [Cause(int(code)) for code in np.unique(self.cause[:, which][lost])]
-            most = max(causes, key=lambda cause: int(np.sum(self.cause[:, which] == cause)), default=None)
-            text = "" if most is None else WORDS[most] + self._of_joint(which, most)
-            shares = (np.sum(self.survives[:, which]) / count, np.sum(self.survives_position[:, which]) / count)
-            worst = _errors(self, self._worst([which])) if done.any() else ""
-            yield (self.joints[which], *map(_percent, shares), worst, self.when(which), text)
-
-    def _of_joint(self, which: int, cause: Cause) -> str:
-        """`` of panda_joint2`` where the limit is mostly that joint's."""
-        joints = self.limited_by[:, which][self.cause[:, which] == cause]
-        joints = joints[joints >= 0]
-        if not len(joints):
-            return ""
-        return f" of {self.scenario.arm.joint_names[int(np.argmax(np.bincount(joints)))]}"
-
-    def __str__(self) -> str:
-        return "\n".join([aligned([HEAD, *self.table()]), "", self.verdict, *filter(None, [self.advice])])
-
-    def __repr__(self) -> str:
-        kinds, sets, moments = self.failures.shape
-        shape = f"{kinds} kinds x {sets} joints x {moments} moments"
-        return f"<Rehearsal of {self.scenario.title!r}: {shape}, {_percent(self.share)} survive>"
+        """Rows below the table's heads: the joints that fail, from the worst on; kinds together."""
+        return account.table(self)
 
     @property
     def advice(self) -> str:
         """What another start posture or place would change, in words; empty where none is known."""
-        place = ""
-        if self.moved is not None:
-            where = ", ".join(shown(float(value), "m") for value in self.shift)
-            less = f"{_percent(self.moved.share)} survive instead of {_percent(self.share)}"
-            place = f"With the task moved by ({where}) {less}."
-        if self.better is None:
-            return place
-        arm, start = self.scenario.arm, self.better.scenario.start
-        names = zip(arm.joint_names, start, arm.joint_units, strict=True)
-        posture = ", ".join(f"{name} {shown(value, unit)}" for name, value, unit in names)
-        less = f"{_percent(self.better.share)} survive instead of {_percent(self.share)}"
-        motion = self.better.scenario.null_motion
-        moving = "" if motion is self.scenario.null_motion else f" and the null motion {motion!r}"
-        price = _price(self.scenario, self.better.scenario)
-        return f"From another start posture{moving} {less}: {posture}. {price}{' ' if place else ''}{place}"
+        return account.advice(self)
 
     @property
     def described(self) -> str:
         """What was rehearsed, in a line."""
+        return account.described(self)
+
+    def __str__(self) -> str:
+        return "\n".join([aligned([account.HEAD, *self.table()]), "", self.verdict, *filter(None, [self.advice])])
+
+    def __repr__(self) -> str:
         kinds, sets, moments = self.failures.shape
-        count = f"{len(self.failures.sets[0])} joints" if len(self.failures.sets[0]) > 1 else "joint"
-        known = self.failures.known_after
-        delay = "at once" if not known else "never" if np.isinf(known) else f"after {1000 * known:g} ms"
-        ticks = f"{self.ticks / 1e6:.3g} million ticks of {1000 * self.scenario.period:g} ms in {self.seconds:.2g} s"
-        names = ", ".join(self.kinds)
-        return (
-            f"{self.scenario.arm.name}, {kinds * sets * moments} failures: {names}; {sets} times {count}, "
-            f"{moments} moments; known {delay}; {ticks}"
-        )
+        shape = f"{kinds} kinds x {sets} joints x {moments} moments"
+        return f"<Rehearsal of {self.scenario.title!r}: {shape}, {account.percent(self.share)} survive>"
 
     def facts(self) -> dict[str, Any]:
         """The main numbers, for JSON; docs/rehearsal.md explains them."""
@@ -353,8 +280,8 @@ class Rehearsal:
             "joints": {
                 self.joints[which]: {
                     "share": self._share(which),
-                    "worst_distance": self._worst([which])[0] if self.done[:, which].any() else None,
-                    "worst_angle": self._worst([which])[1] if self.done[:, which].any() else None,
+                    "worst_distance": self.worst_of([which])[0] if self.done[:, which].any() else None,
+                    "worst_angle": self.worst_of([which])[1] if self.done[:, which].any() else None,
                     "lost": [[float(self.onset[a]), float(self.onset[b])] for a, b in self.gaps(which)],
                     "causes": {
                         WORDS[cause]: int(np.sum(self.cause[:, which][lost[:, which]] == cause))
@@ -475,48 +402,6 @@ MEASURED = (
 """The measured arrays of a rehearsal."""
 
 
-def _price(own: Scenario, other: Scenario) -> str:
-    """What a start posture costs without a failure: rates, and room to the position limits."""
-    rates, rooms = [], []
-    for scenario in (own, other):
-        run = simulate(scenario, progress=False)
-        low, high = scenario.arm.position_limits.T
-        peak = run.summary().rate
-        rates.append("without a limit" if peak is None else f"{_percent(peak.value)} of a joint's limit")
-        room = float(np.min(np.minimum(run.q - low, high - run.q)))
-        rooms.append(f"{room:.2g} rad or m" if np.isfinite(room) else "endless")
-    return (
-        f"Without a failure its largest rate is {rates[1]} (else {rates[0]}), and the least room to a position limit "
-        f"{rooms[1]} (else {rooms[0]})."
-    )
-
-
 def _spoken(number: float) -> str:
     """A number of a fault as ``--fail`` reads it."""
     return f"{number:+g}" if abs(number) == 1.0 else repr(float(number))
-
-
-def _percent(share: float) -> str:
-    """Whole percents; 100 and 0 only where they are meant."""
-    if np.isnan(share):
-        return ""
-    rounded = round(100 * float(share))
-    if (rounded == 100 and share < 1.0) or (rounded == 0 and share > 0.0):
-        return f"{100 * share:.1f} %"
-    return f"{rounded} %"
-
-
-def _errors(of: Rehearsal, off: tuple[float, float]) -> str:
-    """A distance and an angle, each if the task has it."""
-    rows = of.scenario.task.indices if of.scenario.task else range(6)
-    texts = [f"{1000 * off[0]:.3g} mm"] if min(rows) < 3 else []
-    texts += [f"{np.rad2deg(off[1]):.3g} deg"] if max(rows) >= 3 else []
-    return " and ".join(texts)
-
-
-def _within(of: Rehearsal) -> str:
-    return f" (allowed: {_errors(of, of.limits)})"
-
-
-def _more(names: Sequence[Any], shown: int) -> str:
-    return f" and {len(names) - shown} more" if len(names) > shown else ""

@@ -183,6 +183,7 @@ def spherical_revolute_spherical():
 def test_a_spherical_arm_cannot_lose_its_elbow_in_any_pose():
     arm, rng, singular = spherical_revolute_spherical(), np.random.default_rng(0), 0
     for q in rng.uniform(-2.5, 2.5, (1000, 7)):
+        assert relative(arm.jacobian(q), 1)[3] < 1e-10
         report = sr.tolerance.report(arm, q, k=1)
         if report.rank < 6:  # by gain: some direction moves at less than 1 mm/s or 0.1 deg/s
             singular += 1
