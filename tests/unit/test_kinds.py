@@ -121,6 +121,13 @@ def test_python_code_finds_it_by_name(kind):
     assert home is not sr or kind.__name__ in sr.__all__
 
 
+@pytest.mark.parametrize("kind", ALL, ids=lambda kind: kind.word)
+def test_the_reference_and_the_guides_name_it(kind):
+    assert f".. autoclass:: {kind.__name__}\n" in (DOCS / "reference.md").read_text()
+    if kind in NULL_MOTIONS:
+        assert f"`{kind.__name__}(" in (DOCS / "controller.md").read_text()
+
+
 @pytest.mark.parametrize("kind", IN_FILES, ids=lambda kind: kind.word)
 def test_the_page_on_scenario_files_and_the_schema_hold_it_with_all_its_settings(kind):
     page = (DOCS / "scenarios.md").read_text(encoding="utf-8")
