@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 
 import stillreach as sr
+import stillreach.cli
 from stillreach._core import LawKind, NullMotionKind
+from stillreach._formats import FORMATS
 from stillreach._forms import Either, Flag, Number, Sign, Word
 from stillreach._lists import List, PerJoint
+from stillreach.cli._app import app
 from stillreach.cli._complete import complete_law
 from stillreach.cli._faults import parse_fault
 from stillreach.cli._laws import parse_law
@@ -165,6 +168,19 @@ def test_every_member_of_the_core_has_one_class_and_every_health_a_colour():
     assert {law.kind for law in LAWS} == set(LawKind)
     assert {kind.kind for kind in NULL_MOTIONS} == set(NullMotionKind) - {NullMotionKind.NONE}
     assert len(set(HEALTH_COLOURS.values())) == len(FAULTS)
+
+
+def test_every_reader_of_robot_files_is_a_format():
+    readers = {name.removeprefix("from_") for name in dir(sr.Arm) if name.startswith("from_")} - {"dh", "modules"}
+    assert readers == FORMATS.keys()
+
+
+def test_every_module_of_a_command_is_a_command_and_has_a_row_on_its_page():
+    folder = Path(stillreach.cli.__file__).parent
+    modules = {file.stem for file in folder.glob("[a-z]*.py")}
+    assert {command.callback.__name__ for command in app.registered_commands} == modules
+    page = (DOCS / "command-line.md").read_text(encoding="utf-8")
+    assert [name for name in sorted(modules) if f"| `stillreach {name}" not in page] == []
 
 
 def test_scenario_files_leave_out_only_what_needs_a_python_function() -> None:
