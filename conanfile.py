@@ -15,6 +15,8 @@ class Stillreach(ConanFile):
     license = "Apache-2.0"
     package_type = "header-library"
     settings = "os", "arch", "compiler", "build_type"
+    options = {"urdf": [True, False]}  # noqa: RUF012 - Conan's way
+    default_options = {"urdf": False}  # noqa: RUF012
     generators = "CMakeToolchain"
     exports = "pyproject.toml"
     exports_sources = "CMakeLists.txt", "pyproject.toml", "LICENSE", "include/*", "dispatch/*", "cmake/*"
@@ -24,12 +26,17 @@ class Stillreach(ConanFile):
         """Reads the version where it is written."""
         self.version = re.search(r'^version = "([^"]+)"', load(self, f"{self.recipe_folder}/pyproject.toml"), re.M)[1]
 
+    def requirements(self):
+        """Only stillreach::urdf needs a library."""
+        if self.options.urdf:
+            self.requires("tinyxml2/[>=9]", transitive_headers=True, transitive_libs=True)
+
     def layout(self):
         """CMake's usual folders."""
         cmake_layout(self)
 
     def package_id(self):
-        """The same package for all settings."""
+        """The same package for all settings and options."""
         self.info.clear()
 
     def package(self):

@@ -10,5 +10,6 @@ install(DIRECTORY include/stillreach DESTINATION ${STILLREACH_FOLDER}include)
 install(TARGETS stillreach EXPORT stillreach)
 install(EXPORT stillreach NAMESPACE stillreach:: FILE stillreach-targets.cmake DESTINATION ${cmake_files})
 install(DIRECTORY dispatch/ DESTINATION ${cmake_files})
-install(FILES cmake/stillreach-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/stillreach-config-version.cmake DESTINATION ${cmake_files})
+install(FILES cmake/stillreach-config.cmake cmake/stillreach-urdf.cmake ${CMAKE_CURRENT_BINARY_DIR}/stillreach-config-version.cmake
+        DESTINATION ${cmake_files})
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/stillreach.pc DESTINATION ${STILLREACH_FOLDER}share/pkgconfig)

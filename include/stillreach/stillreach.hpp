@@ -17,6 +17,7 @@
 #else
 #include "stillreach/control/controller.hpp"
 #include "stillreach/kinematics/arm.hpp"
+#include "stillreach/kinematics/coupled.hpp"
 #endif
 
 STILLREACH_BEGIN
@@ -63,6 +64,10 @@ struct Joint {
   double lower = -kNoLimit, upper = kNoLimit;  // [rad, m]
   double acceleration_limit = kNoLimit;        // [rad/s2, m/s2]
   std::string name = {};
+  // The joint that it follows without a drive of its own, at multiplier times its position plus offset; its limits are
+  // those of that joint.
+  std::string follows = {};
+  double multiplier = 1.0, offset = 0.0;  // [], [rad, m]
 };
 
 // Laws, with the numbers that docs/laws.md explains.
@@ -112,6 +117,9 @@ inline std::size_t bytes(int n) { return kernel().workspace_bytes(n); }
 inline ArmView aligned(int n, const JointKind* kinds, const double* placements, const double* axes, Link* links) {
   return kernel().align_axes(n, kinds, placements, axes, links);
 }
+inline void walk(const ArmView& coupled, const double* q, double* pose, double* jacobian) {
+  kernel().kinematics(coupled, q, nullptr, pose, jacobian);
+}
 #else
 inline bool read_rigid(const double* T, double* pose) { return read_pose(T, pose); }
 inline void choose_correction(ControllerState& s) { bound_correction(s); }
@@ -121,7 +129,18 @@ inline std::size_t bytes(int n) { return workspace_bytes(n); }
 inline ArmView aligned(int n, const JointKind* kinds, const double* placements, const double* axes, Link* links) {
   return align_axes(n, kinds, placements, axes, links);
 }
+inline void walk(const ArmView& coupled, const double* q, double* pose, double* jacobian) {
+  coupled_kinematics(coupled, q, pose, jacobian);
+}
 #endif
+
+// Row-major 4 x 4, of rotation by columns and translation.
+inline Pose row_major(const double* frame) {
+  Pose at;
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 4; ++c) at.T[4 * r + c] = frame[3 * c + r];
+  return at;
+}
 
 inline std::string of_joint(std::size_t place, const Joint& joint) {
   return "joint " + std::to_string(place) + (joint.name.empty() ? "" : " (" + joint.name + ")");
@@ -147,17 +166,31 @@ class Arm {
       kinds.push_back(joint.kind);
     }
     placements.insert(placements.end(), tool.T, tool.T + 16);
-    made->joints = std::move(joints);
-    made->links.resize(made->joints.size());
-    made->view = front::aligned(static_cast<int>(made->joints.size()), kinds.data(), placements.data(), axes.data(),
+    for (const Joint& joint : joints)
+      if (joint.follows.empty()) made->joints.push_back(joint);
+    for (std::size_t i = 0, own = 0; i < joints.size(); ++i) {
+      const Joint& joint = joints[i];
+      const bool leads = joint.follows.empty();
+      made->leaders.push_back(leads ? static_cast<int>(own++) : place_of(joint.follows, made->joints));
+      made->factors.push_back(leads ? 1.0 : joint.multiplier);
+      made->offsets.push_back(leads ? 0.0 : joint.offset);
+    }
+    made->links.resize(joints.size());
+    made->view = front::aligned(static_cast<int>(joints.size()), kinds.data(), placements.data(), axes.data(),
                                 made->links.data());
+    made->view.n = static_cast<int>(made->joints.size());
+    made->coupling = {static_cast<int>(joints.size()), made->leaders.data(), made->factors.data(),
+                      made->offsets.data()};
+    made->walked = made->view;
+    made->walked.coupling = &made->coupling;
+    if (joints.size() > made->joints.size()) made->view = made->walked;
     made_ = std::move(made);
   }
 
   // What is wrong with the arguments of an arm; empty where nothing is.
   static std::string check(const std::vector<Joint>& joints, const Pose& tool = Pose()) {
     double pose[12];
-    if (joints.empty()) return "an arm needs at least one joint";
+    std::size_t followers = 0;
     if (!front::read_rigid(tool.T, pose)) return "the tool is no rigid transform (4 x 4, row-major)";
     for (std::size_t i = 0; i < joints.size(); ++i) {
       const Joint& joint = joints[i];
@@ -167,30 +200,60 @@ class Arm {
         return name + ": its placement is no rigid transform (4 x 4, row-major)";
       if (!(length > 0.0 && length < HUGE_VAL)) return name + ": its axis has no direction";
       if (!(joint.velocity_limit >= 0.0)) return name + ": its velocity limit is below 0, or no number";
-      if (!(joint.acceleration_limit > 0.0)) return name + ": its acceleration limit is not above 0";
+      if (!(joint.acceleration_limit >= 0.0)) return name + ": its acceleration limit is below 0, or no number";
       if (!(joint.lower <= joint.upper)) return name + ": its lower position limit is above the upper one";
       for (std::size_t k = 0; k < i; ++k)
         if (!joint.name.empty() && joints[k].name == joint.name) return name + ": another joint has that name";
+      if (joint.follows.empty()) continue;
+      ++followers;
+      const int leader = place_of(joint.follows, joints);
+      if (leader < 0 || !joints[static_cast<std::size_t>(leader)].follows.empty())
+        return name + ": it follows " + joint.follows + ", which is no joint with a drive";
+      if (!std::isfinite(joint.multiplier) || !std::isfinite(joint.offset))
+        return name + ": its multiplier and offset are not finite";
     }
+    if (joints.size() == followers) return "an arm needs at least one joint";
     return {};
   }
 
+  // Joints with a drive: those that follow others do not count.
   int n() const noexcept { return made_->view.n; }
   const Joint& joint(int i) const { return made_->joints.at(static_cast<std::size_t>(i)); }
   // Index of a joint by its name, or -1.
-  int index(const std::string& name) const noexcept {
-    for (std::size_t i = 0; i < made_->joints.size(); ++i)
-      if (made_->joints[i].name == name) return static_cast<int>(i);
-    return -1;
-  }
+  int index(const std::string& name) const noexcept { return place_of(name, made_->joints); }
   const ArmView& view() const noexcept { return made_->view; }
+
+  // Pose of the tool at joint positions q (n). False, and nothing changes, where the size is wrong.
+  bool kinematics(Span<const double> q, Pose& tool) const noexcept { return walk(q, tool, nullptr); }
+  // The same with the Jacobian (6 n), column after column: [v; w] of the tool along base axes by rate of the joint.
+  bool kinematics(Span<const double> q, Pose& tool, Span<double> jacobian) const noexcept {
+    return jacobian.size() == 6 * q.size() && walk(q, tool, jacobian.data());
+  }
 
  private:
   struct Made {
-    std::vector<Joint> joints;
-    std::vector<Link> links;
+    std::vector<Joint> joints;  // n
+    std::vector<Link> links;    // of the chain, and whom its joints follow
+    std::vector<int> leaders;
+    std::vector<double> factors, offsets;
+    Coupling coupling;
     ArmView view;
+    ArmView walked;  // along the chain, which takes no memory
   };
+
+  static int place_of(const std::string& name, const std::vector<Joint>& joints) noexcept {
+    for (std::size_t i = 0; i < joints.size(); ++i)
+      if (joints[i].name == name) return static_cast<int>(i);
+    return -1;
+  }
+
+  bool walk(Span<const double> q, Pose& tool, double* jacobian) const noexcept {
+    double frame[12];
+    if (q.size() != to_size(n())) return false;
+    front::walk(made_->walked, q.data(), frame, jacobian);
+    tool = front::row_major(frame);
+    return true;
+  }
   std::shared_ptr<const Made> made_;
 };
 
@@ -358,12 +421,7 @@ class Controller {
   const Arm& arm() const noexcept { return arm_; }
   Health health(int joint) const { return faults_.at(to_size(joint)).health; }
   // Of the last tick: pose of the task's point (16, row-major), bounds (n), residual of the task (m), its norm.
-  Pose pose() const noexcept {
-    Pose at;
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 4; ++c) at.T[4 * r + c] = state_.pose[3 * c + r];
-    return at;
-  }
+  Pose pose() const noexcept { return front::row_major(state_.pose); }
   Span<const double> lower() const noexcept { return {state_.lower, to_size(arm_.n())}; }
   Span<const double> upper() const noexcept { return {state_.upper, to_size(arm_.n())}; }
   Span<const double> residual() const noexcept { return {residual_.data(), to_size(state_.m)}; }

@@ -114,7 +114,7 @@ void what_is_wrong_is_said() {
   says([](auto& j) { j[2].velocity_limit = -1.0; }, "velocity limit");
   says([](auto& j) { j[2].velocity_limit = std::nan(""); }, "velocity limit");
   says([](auto& j) { j[0].lower = 2.0, j[0].upper = 1.0; }, "lower position limit");
-  says([](auto& j) { j[0].acceleration_limit = 0.0; }, "acceleration limit");
+  says([](auto& j) { j[0].acceleration_limit = -1.0; }, "acceleration limit");
   says([](auto& j) { j[2].name = "j1"; }, "another joint has that name");
 
   const Arm arm(good, tool_of(planar_chain(3)));
@@ -133,6 +133,70 @@ void what_is_wrong_is_said() {
   refused([](auto& o) { o.null_motion = stillreach::NullMotionKind::MANIPULABILITY; }, "null_largest");
   refused([](auto& o) { o.null_motion = stillreach::NullMotionKind::GRADIENT; }, "null_motion");
   refused([](auto& o) { o.null_failures = 9; }, "null_failures: 1 to 8");
+}
+
+// A joint at the base, one that follows it half as fast the other way round, a slide between them and the tool.
+std::vector<Joint> coupled_joints() {
+  std::vector<Joint> joints(3);
+  for (int i = 0; i < 3; ++i) joints[i].name = std::string(1, "abc"[i]);
+  joints[0].placement = stillreach::Pose(0, 0, 1);
+  joints[1].placement = stillreach::Pose(2, 0, 0);
+  joints[1].follows = "a";
+  joints[1].multiplier = -0.5;
+  joints[1].offset = 0.2;
+  joints[2].placement = stillreach::Pose(1, 0, 0);
+  joints[2].kind = stillreach::JointKind::PRISMATIC;
+  joints[2].axis[0] = 2.0, joints[2].axis[2] = 0.0;
+  return joints;
+}
+
+void joints_follow_others() {
+  const Arm arm(coupled_joints(), stillreach::Pose(0, 3, 0));
+  CHECK(arm.n() == 2 && arm.index("c") == 1 && arm.index("b") == -1 && arm.joint(1).name == "c");
+  const double a = 0.7, slide = 0.4, b = 0.2 - 0.5 * a;
+  const std::vector<double> q = {a, slide};
+  stillreach::Pose tool;
+  std::vector<double> jacobian(12), few(11);
+  CHECK(arm.kinematics(q, tool, jacobian));
+  const double x = 2 * std::cos(a) + (1 + slide) * std::cos(a + b) - 3 * std::sin(a + b);
+  const double y = 2 * std::sin(a) + (1 + slide) * std::sin(a + b) + 3 * std::cos(a + b);
+  CHECK(std::abs(tool.T[3] - x) < 1e-14 && std::abs(tool.T[7] - y) < 1e-14 && std::abs(tool.T[11] - 1) < 1e-14);
+  CHECK(std::abs(tool.T[0] - std::cos(a + b)) < 1e-15 && std::abs(tool.T[4] - std::sin(a + b)) < 1e-15);
+  const double by_a = -2 * std::sin(a) - 0.5 * ((1 + slide) * std::sin(a + b) + 3 * std::cos(a + b));
+  const double expected[12] = {by_a,
+                               2 * std::cos(a) + 0.5 * ((1 + slide) * std::cos(a + b) - 3 * std::sin(a + b)),
+                               0,
+                               0,
+                               0,
+                               0.5,
+                               std::cos(a + b),
+                               std::sin(a + b),
+                               0,
+                               0,
+                               0,
+                               0};
+  for (int i = 0; i < 12; ++i) CHECK(std::abs(jacobian[i] - expected[i]) < 1e-14);
+  stillreach::Pose again;
+  CHECK(arm.kinematics(q, again) && std::equal(tool.T, tool.T + 16, again.T));
+  CHECK(!arm.kinematics(q, again, few) && !arm.kinematics(few, again));
+
+  stillreach::Options options;
+  options.rows = {0, 1};
+  Controller door(arm, options);
+  const std::vector<double> twist = {0.03, -0.02, 0, 0, 0, 0};
+  std::vector<double> rates(2);
+  CHECK(door.step(q, twist, rates) == stillreach::OK);
+  for (int r = 0; r < 2; ++r) CHECK(std::abs(jacobian[r] * rates[0] + jacobian[6 + r] * rates[1] - twist[r]) < 1e-14);
+
+  const auto says = [](auto spoil, const char* words) {
+    std::vector<Joint> joints = coupled_joints();
+    spoil(joints);
+    CHECK(Arm::check(joints).find(words) != std::string::npos);
+  };
+  says([](auto& j) { j[1].follows = "z"; }, "joint 1 (b): it follows z, which is no joint with a drive");
+  says([](auto& j) { j[0].follows = "b"; }, "joint 0 (a): it follows b, which is no joint with a drive");
+  says([](auto& j) { j[1].multiplier = std::nan(""); }, "joint 1 (b): its multiplier");
+  says([](auto& j) { j[1].offset = HUGE_VAL; }, "joint 1 (b): its multiplier and offset");
 }
 
 void the_loop_takes_anything() {
@@ -174,6 +238,7 @@ void the_loop_takes_anything() {
 int main() {
   the_same_bits_as_by_hand();
   what_is_wrong_is_said();
+  joints_follow_others();
   the_loop_takes_anything();
   return finish("front door");
 }

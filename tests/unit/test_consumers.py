@@ -10,16 +10,15 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
-from cpp_build import ROOT, run
+from cpp_build import ROOT, has_header, run
 
 import stillreach as sr
 from tests.docs.pages import blocks
 
 CONSUMERS = ROOT / "tests" / "consumers"
 VERSION = ".".join(metadata.version("stillreach").split(".")[:2])
-PROGRAM = next(
-    block for block in blocks((ROOT / "docs" / "cpp.md").read_text(), "cpp") if "stillreach.hpp" in block.code
-)
+PROGRAMS = blocks((ROOT / "docs" / "cpp.md").read_text(), "cpp")
+PROGRAM, URDF = (next(one for one in PROGRAMS if header in one.code) for header in ("/stillreach.hpp", "/urdf.hpp"))
 LIGHT = ("-DSTILLREACH_INSTRUCTION_SETS=baseline", "-DKERNEL_OPTIONS=-O0")
 FULL = bool(os.environ.get("STILLREACH_FULL"))
 
@@ -63,6 +62,16 @@ def test_a_project_finds_an_installed_package(compiler: str, prefix: Path, arm: 
     built(CONSUMERS, tmp_path, compiler, f"-DCMAKE_PREFIX_PATH={prefix}", *programs, *LIGHT)
     assert run(tmp_path / "arm") == PROGRAM.output
     assert run(tmp_path / "dispatched").startswith("baseline: ")
+
+
+@each_compiler
+@pytest.mark.skipif(not has_header("tinyxml2.h"), reason="apt-get install libtinyxml2-dev")
+def test_a_project_asks_for_robots_from_urdf(compiler: str, prefix: Path, tmp_path: Path) -> None:
+    source = tmp_path / "urdf.cpp"
+    source.write_text(URDF.code, encoding="utf-8")
+    found = f"-DCMAKE_PREFIX_PATH={prefix}", f"-DVERSION={VERSION}"
+    built(CONSUMERS, tmp_path / "build", compiler, *found, f"-DURDF={source}", *LIGHT)
+    assert run(tmp_path / "build" / "urdf") == URDF.output
 
 
 @each_compiler

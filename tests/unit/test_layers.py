@@ -52,8 +52,14 @@ ALLOWED = {
     ("tolerance", "html", "show"),
     *((layer, "page", "page") for layer in ("arm", "simulation")),
 }
-HEADER_LAYERS = ("simd", "linear", "kinematics", "problem", "bounded", "laws", "control", "batch")
-LAST_HEADERS = {"kernel.hpp", "dispatch.hpp", "cuda.hpp", "stillreach.hpp"}  # config.hpp and types.hpp come first
+HEADER_LAYERS = ("simd", "linear", "kinematics", "problem", "bounded", "laws", "control", "batch", "urdf")
+LAST_HEADERS = {
+    "kernel.hpp",
+    "dispatch.hpp",
+    "cuda.hpp",
+    "stillreach.hpp",
+    "urdf.hpp",
+}  # config.hpp and types.hpp come first
 
 
 def header_rank(path: str) -> int:
