@@ -1,7 +1,10 @@
 # stillreach::urdf: the headers, stillreach/urdf.hpp included, and tinyxml2.
 if(NOT TARGET stillreach::urdf)
-  include(CMakeFindDependencyMacro)
-  find_dependency(tinyxml2 CONFIG)
-  add_library(stillreach::urdf INTERFACE IMPORTED)
+  if(NOT TARGET tinyxml2::tinyxml2)
+    include(CMakeFindDependencyMacro)
+    find_dependency(tinyxml2 CONFIG)
+    set_target_properties(tinyxml2::tinyxml2 PROPERTIES IMPORTED_GLOBAL TRUE)
+  endif()
+  add_library(stillreach::urdf INTERFACE IMPORTED GLOBAL)
   target_link_libraries(stillreach::urdf INTERFACE stillreach::stillreach tinyxml2::tinyxml2)
 endif()

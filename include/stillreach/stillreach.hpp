@@ -417,6 +417,15 @@ class Controller {
     std::fill_n(state_.anchor, arm_.n(), 0.0);
     state_.transition = 0.0;
   }
+  // The same for an arm that moves, at measured rates (n). False, and nothing changes, where they are not that.
+  bool reset(Span<const double> rates) noexcept {
+    if (rates.size() != to_size(arm_.n())) return false;
+    for (std::size_t i = 0; i < rates.size(); ++i)
+      if (!std::isfinite(rates.data()[i])) return false;
+    reset();
+    std::copy_n(rates.data(), rates.size(), state_.last);
+    return true;
+  }
 
   const Arm& arm() const noexcept { return arm_; }
   Health health(int joint) const { return faults_.at(to_size(joint)).health; }

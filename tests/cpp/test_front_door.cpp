@@ -233,6 +233,27 @@ void the_loop_takes_anything() {
   door.reset();
 }
 
+void a_loop_begins_on_an_arm_that_moves() {
+  Options limited;
+  limited.acceleration = 2.0;
+  stillreach::Options options;
+  options.rows = {0, 1};
+  options.period = 0.01;
+  Controller door(Arm(joints_of(planar_chain(3), limited), tool_of(planar_chain(3))), options);
+  std::vector<double> q = {0.3, 0.5, 0.2}, rates(3), measured = {0.4, -0.2, 0.1};
+  const std::vector<double> still(6, 0.0), few(2);
+  CHECK(door.reset(measured));
+  door.step(q, still, rates);
+  for (int i = 0; i < 3; ++i) CHECK(std::abs(rates[i] - measured[i]) <= 2.0 * options.period + 1e-12);
+  CHECK(std::abs(rates[0]) > 0.3);
+  CHECK(!door.reset(few));
+  measured[1] = std::nan("");
+  CHECK(!door.reset(measured));
+  door.reset();
+  door.step(q, still, rates);
+  for (double rate : rates) CHECK(std::abs(rate) <= 2.0 * options.period);
+}
+
 }  // namespace
 
 int main() {
@@ -240,5 +261,6 @@ int main() {
   what_is_wrong_is_said();
   joints_follow_others();
   the_loop_takes_anything();
+  a_loop_begins_on_an_arm_that_moves();
   return finish("front door");
 }
