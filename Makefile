@@ -10,7 +10,7 @@ SHARED := -C build-dir=build/cpp -C build.targets=_core_stub -C cmake.define.STI
 SOURCES := $(shell find src include bindings dispatch cmake -name __pycache__ -prune -o -print) CMakeLists.txt pyproject.toml LICENSE README.md
 PAGE_SOURCES := $(shell find page -name node_modules -prune -o -type f -print)
 LINTED := $(wildcard src tests examples bench scripts docs conanfile.py)
-CPP_LINTED := $(shell find include bindings dispatch tests bench page/core -name "*.?pp" -o -name "*.cu")
+CPP_LINTED := $(shell find include bindings dispatch tests bench page/core ros2 -name "*.?pp" -o -name "*.cu")
 
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1

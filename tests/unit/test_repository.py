@@ -63,9 +63,11 @@ def test_make_clean_keeps_the_runs_of_a_user() -> None:
 def test_the_version_is_written_once() -> None:
     version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
     whole = re.compile(rf"(?<![\w.=]){re.escape(version)}(?![\w.])")
-    texts = {name: text for name, text in repository_texts().items() if name != "CHANGELOG.md"}
+    others = ("CHANGELOG.md", "ros2/kinematics_interface_stillreach/package.xml")
+    texts = {name: text for name, text in repository_texts().items() if name not in others}
     assert [name for name, text in texts.items() for _ in whole.finditer(text)] == ["pyproject.toml"]
     assert metadata.version("stillreach") == version
+    assert f"<version>{version}</version>" in (ROOT / others[1]).read_text()
 
 
 def test_the_tests_run_on_the_installed_wheel() -> None:
@@ -102,7 +104,7 @@ def test_robot_files_of_others_are_not_shipped() -> None:
         name for name in repository_texts() if name.endswith((".urdf", ".xml", ".xacro", ".mjcf", ".dae", ".stl"))
     ]
     assert robots
-    assert [name for name in robots if not name.startswith("tests/fuzzing/corpus/")] == []
+    assert [name for name in robots if not name.startswith(("tests/fuzzing/corpus/", "ros2/"))] == []
 
 
 def test_every_requirement_is_pinned() -> None:
