@@ -1,6 +1,8 @@
 """The documentation site: ``make docs``."""
 
 import re
+import shutil
+import subprocess
 from importlib.metadata import version as installed
 from pathlib import Path
 
@@ -15,6 +17,11 @@ version = release = installed("stillreach")
 project_copyright = author
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
+DOXYGEN = shutil.which("doxygen")
+"""Reads the comments of the C++ front door; without it that page is a note."""
+if DOXYGEN:
+    extensions.append("breathe")
+breathe_default_project = "stillreach"
 myst_heading_anchors = 4
 exclude_patterns = ["images/make.py"]
 suppress_warnings = ["ref.python"]  # several classes have an n
@@ -49,9 +56,34 @@ ELSEWHERE = {r"\]\((?:\.\./)?examples/\w+\.py\)": "](examples.md)", r"\]\(\.\./A
 
 def setup(app):
     """What the pages say to readers of the repository becomes what readers of the site need."""
+    if DOXYGEN:
+        _read_headers(app)
     app.connect("autodoc-process-docstring", _bars_as_they_are)
     app.connect("source-read", _for_the_site)
     app.connect("build-finished", _live_page)
+
+
+def _read_headers(app):
+    """Doxygen's XML of the front door, for Breathe."""
+    folder = Path(app.doctreedir).parent / "doxygen"
+    folder.mkdir(parents=True, exist_ok=True)
+    headers = [f'"{ROOT / "include" / "stillreach" / name}"' for name in ("stillreach.hpp", "urdf.hpp")]
+    settings = {
+        "INPUT": " ".join(headers),
+        "OUTPUT_DIRECTORY": f'"{folder}"',
+        "GENERATE_XML": "YES",
+        "GENERATE_HTML": "NO",
+        "GENERATE_LATEX": "NO",
+        "QUIET": "YES",
+        "WARN_IF_UNDOCUMENTED": "NO",
+        "EXTRACT_ALL": "YES",
+        "MACRO_EXPANSION": "YES",
+        "EXPAND_ONLY_PREDEF": "YES",
+        "PREDEFINED": '"STILLREACH_BEGIN=namespace stillreach {" STILLREACH_END=}',
+    }
+    text = "".join(f"{name} = {value}\n" for name, value in settings.items())
+    subprocess.run([DOXYGEN, "-"], input=text, text=True, check=True)
+    app.config.breathe_projects = {"stillreach": str(folder / "xml")}
 
 
 def _bars_as_they_are(app, what, name, thing, options, lines):
@@ -64,6 +96,8 @@ def _for_the_site(app, page, source):
     text = source[0]
     if page == "index":
         text = text.replace("\n![", LIVE + "\n![", 1)
+    if page == "reference-cpp" and not DOXYGEN:
+        text = text.partition("```")[0] + "This page was built without doxygen: read the comments in the headers.\n"
     if page == "start":
         readme = (ROOT / "README.md").read_text(encoding="utf-8")
         first, last = readme.index("## Install"), readme.index("## Which joint can an arm not lose?")

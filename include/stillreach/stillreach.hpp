@@ -27,7 +27,7 @@ inline namespace dispatched {  // other code than without it: one program may ho
 
 constexpr double kNoLimit = HUGE_VAL;
 
-// Numbers in a row that the caller owns.
+/// Numbers in a row that the caller owns.
 template <class T>
 class Span {
  public:
@@ -44,7 +44,7 @@ class Span {
   std::size_t size_;
 };
 
-// A rigid transform, row-major 4 x 4; the identity at first.
+/// A rigid transform, row-major 4 x 4; the identity at first.
 struct Pose {
   double T[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
   Pose() = default;
@@ -55,22 +55,22 @@ struct Pose {
   }
 };
 
-// A joint: where its frame lies in the one before, and the axis about or along which it moves there.
+/// A joint: where its frame lies in the one before, and the axis about or along which it moves there.
 struct Joint {
   Pose placement;
-  double axis[3] = {0, 0, 1};  // of any length but 0
+  double axis[3] = {0, 0, 1};  ///< of any length but 0
   JointKind kind = JointKind::REVOLUTE;
-  double velocity_limit = kNoLimit;            // [rad/s, m/s], either way
-  double lower = -kNoLimit, upper = kNoLimit;  // [rad, m]
-  double acceleration_limit = kNoLimit;        // [rad/s2, m/s2]
+  double velocity_limit = kNoLimit;            ///< [rad/s, m/s], either way
+  double lower = -kNoLimit, upper = kNoLimit;  ///< [rad, m]
+  double acceleration_limit = kNoLimit;        ///< [rad/s2, m/s2]
   std::string name = {};
-  // The joint that it follows without a drive of its own, at multiplier times its position plus offset; its limits are
-  // those of that joint.
+  /// The joint that it follows without a drive of its own, at multiplier times its position plus offset; its limits are
+  /// those of that joint.
   std::string follows = {};
-  double multiplier = 1.0, offset = 0.0;  // [], [rad, m]
+  double multiplier = 1.0, offset = 0.0;  ///< [], [rad, m]
 };
 
-// Laws, with the numbers that docs/laws.md explains.
+/// Laws, with the numbers that docs/laws.md explains.
 inline LawSettings least_error(double price = 80.0) {
   LawSettings law{};
   law.kind = LawKind::LEAST_ERROR;
@@ -97,7 +97,7 @@ inline LawSettings singularity_robust(DampingKind damping = DampingKind::EXACT, 
   return law;
 }
 
-// What is wrong with a joint.
+/// What is wrong with a joint.
 inline Fault locked() { return {Health::LOCKED, {0.0, 0.0}}; }
 inline Fault derated(double fraction) { return {Health::DERATED, {fraction, 0.0}}; }
 inline Fault runaway(double rate) { return {Health::RUNAWAY, {rate, 0.0}}; }
@@ -148,10 +148,10 @@ inline std::string of_joint(std::size_t place, const Joint& joint) {
 
 }  // namespace front
 
-// A serial chain of joints with a tool. Immutable; copies share it.
+/// A serial chain of joints with a tool. Immutable; copies share it.
 class Arm {
  public:
-  // Throws std::invalid_argument with what check() says.
+  /// Throws std::invalid_argument with what check() says.
   explicit Arm(std::vector<Joint> joints, const Pose& tool = Pose()) {
     const std::string wrong = check(joints, tool);
     if (!wrong.empty()) throw std::invalid_argument(wrong);
@@ -187,7 +187,7 @@ class Arm {
     made_ = std::move(made);
   }
 
-  // What is wrong with the arguments of an arm; empty where nothing is.
+  /// What is wrong with the arguments of an arm; empty where nothing is.
   static std::string check(const std::vector<Joint>& joints, const Pose& tool = Pose()) {
     double pose[12];
     std::size_t followers = 0;
@@ -216,16 +216,16 @@ class Arm {
     return {};
   }
 
-  // Joints with a drive: those that follow others do not count.
+  /// Joints with a drive: those that follow others do not count.
   int n() const noexcept { return made_->view.n; }
   const Joint& joint(int i) const { return made_->joints.at(static_cast<std::size_t>(i)); }
-  // Index of a joint by its name, or -1.
+  /// Index of a joint by its name, or -1.
   int index(const std::string& name) const noexcept { return place_of(name, made_->joints); }
   const ArmView& view() const noexcept { return made_->view; }
 
-  // Pose of the tool at joint positions q (n). False, and nothing changes, where the size is wrong.
+  /// Pose of the tool at joint positions q (n). False, and nothing changes, where the size is wrong.
   bool kinematics(Span<const double> q, Pose& tool) const noexcept { return walk(q, tool, nullptr); }
-  // The same with the Jacobian (6 n), column after column: [v; w] of the tool along base axes by rate of the joint.
+  /// The same with the Jacobian (6 n), column after column: [v; w] of the tool along base axes by rate of the joint.
   bool kinematics(Span<const double> q, Pose& tool, Span<double> jacobian) const noexcept {
     return jacobian.size() == 6 * q.size() && walk(q, tool, jacobian.data());
   }
@@ -257,28 +257,28 @@ class Arm {
   std::shared_ptr<const Made> made_;
 };
 
-// Settings of a controller, as those of the Python package.
+/// Settings of a controller, as those of the Python package.
 struct Options {
   LawSettings law = least_error();
-  std::vector<int> rows = {0, 1, 2, 3, 4, 5};  // of [v; w], ascending
-  bool tool_axes = false;                      // rows along the tool's axes
-  double period = 0.001;                       // [s]
-  double track_gain = 2.0;                     // [1/s]
-  // Largest correction [m/s], [rad/s]; below 0, both: the fastest that a working joint alone can move and turn the
-  // tool.
+  std::vector<int> rows = {0, 1, 2, 3, 4, 5};  ///< of [v; w], ascending
+  bool tool_axes = false;                      ///< rows along the tool's axes
+  double period = 0.001;                       ///< [s]
+  double track_gain = 2.0;                     ///< [1/s]
+  /// Largest correction [m/s], [rad/s]; below 0, both: the fastest that a working joint alone can move and turn the
+  /// tool.
   double track_linear = -1.0, track_angular = -1.0;
-  double return_rate = 0.0;      // [rad/s, m/s] at which joints outside their limits return
-  double transition_rate = 2.0;  // [1/s] at which the null motion fades in after a fault
+  double return_rate = 0.0;      ///< [rad/s, m/s] at which joints outside their limits return
+  double transition_rate = 2.0;  ///< [1/s] at which the null motion fades in after a fault
   NullMotionKind null_motion = NullMotionKind::NONE;
   double null_gain = 1.0, null_largest = kNoLimit;
-  int null_failures = 1;                 // of TOLERANCE: how many joints are lost at once
-  std::vector<double> null_vector = {};  // n: rates or posture, where the null motion needs one
+  int null_failures = 1;                 ///< of TOLERANCE: how many joints are lost at once
+  std::vector<double> null_vector = {};  ///< n: rates or posture, where the null motion needs one
 };
 
-// The stateful tick. Its memory is made once, here.
+/// The stateful tick. Its memory is made once, here.
 class Controller {
  public:
-  // Throws std::invalid_argument with what check() says.
+  /// Throws std::invalid_argument with what check() says.
   explicit Controller(Arm arm, Options options = Options()) : arm_(std::move(arm)), options_(std::move(options)) {
     const std::string wrong = check(arm_, options_);
     if (!wrong.empty()) throw std::invalid_argument(wrong);
@@ -337,7 +337,7 @@ class Controller {
   Controller(Controller&&) = default;  // what the state points to is on the heap, and stays there
   Controller& operator=(Controller&&) = default;
 
-  // What is wrong with the arguments of a controller; empty where nothing is.
+  /// What is wrong with the arguments of a controller; empty where nothing is.
   static std::string check(const Arm& arm, const Options& o) {
     const auto positive = [](double x) { return x > 0.0 && x < HUGE_VAL; };
     if (o.rows.empty() || o.rows.size() > 6) return "rows: 1 to 6 of [vx, vy, vz, wx, wy, wz], by index";
@@ -367,14 +367,14 @@ class Controller {
     return {};
   }
 
-  // A tick: joint positions q (n), the twist [v; w] (6) of the tool along base axes, and room for rates (n). Returns
-  // the bits of Status; INVALID_INPUT, and rates that brake, for NaN and wrong sizes. All rates are 0 where their size
-  // is wrong.
+  /// A tick: joint positions q (n), the twist [v; w] (6) of the tool along base axes, and room for rates (n). Returns
+  /// the bits of Status; INVALID_INPUT, and rates that brake, for NaN and wrong sizes. All rates are 0 where their size
+  /// is wrong.
   std::int32_t step(Span<const double> q, Span<const double> twist, Span<double> rates) noexcept {
     return run(q, twist.size() == 6 ? twist.data() : nullptr, nullptr, rates);
   }
 
-  // The same, towards a pose of the task's point (16, row-major), with a twist as feedforward.
+  /// The same, towards a pose of the task's point (16, row-major), with a twist as feedforward.
   std::int32_t track(Span<const double> q, Span<const double> target, Span<const double> twist,
                      Span<double> rates) noexcept {
     double pose[12];
@@ -382,7 +382,7 @@ class Controller {
     return run(q, right ? twist.data() : nullptr, right ? pose : nullptr, rates);
   }
 
-  // A joint fails, from the next tick on. False, and nothing changes, for a joint or a number that cannot be.
+  /// A joint fails, from the next tick on. False, and nothing changes, for a joint or a number that cannot be.
   bool fail(int joint, Fault fault = locked()) noexcept {
     if (joint < 0 || joint >= arm_.n() || std::isnan(fault.number[0]) || std::isnan(fault.number[1])) return false;
     const double a = fault.number[0], b = fault.number[1];
@@ -394,8 +394,8 @@ class Controller {
   }
   bool restore(int joint) noexcept { return fail(joint, Fault{}); }
 
-  // Other velocity limits from the next tick on (n, at least 0); rates come down within the acceleration limits. False,
-  // and nothing changes, where they are not that.
+  /// Other velocity limits from the next tick on (n, at least 0); rates come down within the acceleration limits.
+  /// False, and nothing changes, where they are not that.
   bool set_velocity_limits(Span<const double> limits) noexcept {
     const std::size_t count = to_size(arm_.n());
     if (limits.size() != count) return false;
@@ -411,13 +411,13 @@ class Controller {
     return true;
   }
 
-  // The arm stands still: the next tick knows of no rates before. Faults stay.
+  /// The arm stands still: the next tick knows of no rates before. Faults stay.
   void reset() noexcept {
     std::fill_n(state_.last, arm_.n(), 0.0);
     std::fill_n(state_.anchor, arm_.n(), 0.0);
     state_.transition = 0.0;
   }
-  // The same for an arm that moves, at measured rates (n). False, and nothing changes, where they are not that.
+  /// The same for an arm that moves, at measured rates (n). False, and nothing changes, where they are not that.
   bool reset(Span<const double> rates) noexcept {
     if (rates.size() != to_size(arm_.n())) return false;
     for (std::size_t i = 0; i < rates.size(); ++i)
@@ -429,7 +429,7 @@ class Controller {
 
   const Arm& arm() const noexcept { return arm_; }
   Health health(int joint) const { return faults_.at(to_size(joint)).health; }
-  // Of the last tick: pose of the task's point (16, row-major), bounds (n), residual of the task (m), its norm.
+  /// Of the last tick: pose of the task's point (16, row-major), bounds (n), residual of the task (m), its norm.
   Pose pose() const noexcept { return front::row_major(state_.pose); }
   Span<const double> lower() const noexcept { return {state_.lower, to_size(arm_.n())}; }
   Span<const double> upper() const noexcept { return {state_.upper, to_size(arm_.n())}; }

@@ -10,17 +10,17 @@ STILLREACH_BEGIN
 inline namespace dispatched {
 #endif
 
-// A link between base and tip: behind the first `joints` of the chain, and where in the frame that the last of them
-// moves.
+/// A link between base and tip: behind the first `joints` of the chain, and where in the frame that the last of them
+/// moves.
 struct UrdfLink {
   std::string name;
   std::size_t joints;
   Pose frame;
 };
 
-// What a text gives of a chain: the arguments of an Arm, the robot's name, and the links from base to tip.
+/// What a text gives of a chain: the arguments of an Arm, the robot's name, and the links from base to tip.
 struct UrdfChain {
-  std::vector<Joint> joints;  // also those that follow others
+  std::vector<Joint> joints;  ///< also those that follow others
   Pose tool;
   std::string name;
   std::vector<UrdfLink> links;
@@ -55,8 +55,8 @@ inline Joint joint_of(const urdf::Moving& from) {
 
 }  // namespace front
 
-// The chain from `base` ("": the root) to `tip` ("": the only end of the tree); joints in `fixed` are held at those
-// positions. Throws UrdfError, a std::invalid_argument, with line, element, what came and what was expected.
+/// The chain from `base` ("": the root) to `tip` ("": the only end of the tree); joints in `fixed` are held at those
+/// positions. Throws UrdfError, a std::invalid_argument, with line, element, what came and what was expected.
 inline UrdfChain read_urdf(const std::string& text, const std::string& tip = {}, const std::string& base = {},
                            const std::map<std::string, double>& fixed = {}) {
   const urdf::Chain read = urdf::ChainReader(text).read(tip, base, fixed);
@@ -69,7 +69,7 @@ inline UrdfChain read_urdf(const std::string& text, const std::string& tip = {},
   return chain;
 }
 
-// The same without exceptions: what is wrong, or nothing, and then `chain` is it.
+/// The same without exceptions: what is wrong, or nothing, and then `chain` is it.
 inline std::string check_urdf(UrdfChain& chain, const std::string& text, const std::string& tip = {},
                               const std::string& base = {}, const std::map<std::string, double>& fixed = {}) {
   try {
