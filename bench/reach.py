@@ -1,49 +1,178 @@
-"""How many poses inverse kinematics reaches, and how long it takes: python -m bench.reach [ROBOT ...] [--poses N]."""
+"""How many poses inverse kinematics reaches, and how long it takes.
 
-from __future__ import annotations
+``python -m bench.reach [ARM ...]`` measures ten arms with all joints and with each one locked, ``--peers`` other
+libraries on the same poses as ours, ``--unreachable`` poses that no configuration reaches, and ``--solutions`` how many
+of a pose's configurations are found. ``--write`` puts the tables into docs/inverse.md.
+"""
 
 import argparse
+import datetime
+import platform
 import time
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
 import stillreach as sr
+from bench.page import put
+from bench.report import markdown, processor
+from bench.timing import machine_note, pin_to_one_core
 from stillreach.arm.limits import sampling_range
 
-ROBOTS = ("panda", "iiwa14", "gen3", "xarm7", "canadarm2", "sawyer", "rizon4", "talos", "nasa_modular", "snake30")
-STARTS = (1, 10, 30, 100, 300)
+PAGE = Path(__file__).parents[1] / "docs" / "inverse.md"
+STARTS = (10, 30, 100, 300)
+BY_NAME = ("panda", "iiwa14", "gen3", "xarm7", "canadarm2")
+BY_FILE = {
+    "talos 9": "TALOS, torso and arm",
+    "valkyrie 10": "Valkyrie, waist to palm",
+    "human 13": "human, pelvis to hand",
+}
+MADE = ("nasa_modular", "snake30")
+ARMS = (*BY_NAME, *BY_FILE, *MADE)
+"""In the order of the table."""
+NEARLY_SPHERICAL = {("xarm7", 3), ("gen3", 3)}
+"""Arms whose shoulder and wrist are spherical up to the rounding of their files, and their elbow."""
 
 
-def measured(arm: sr.Arm, locked: tuple[int, ...], count: int) -> str:
-    """Solved shares by number of starts, steps, and times of a pose on one core, as a line."""
-    random = np.random.default_rng(5)
-    span = sampling_range(arm.kinds, *arm.position_limits.T)
-    goal, start = random.uniform(*span, (2, count, arm.n))
-    start[:, locked] = goal[:, locked]
-    poses = arm.forward(goal)
-    began = time.perf_counter()
-    result = arm.inverse(poses, start, locked=locked, starts=STARTS[-1], threads=1)
-    each = (time.perf_counter() - began) / count * 1e6
-    assert np.abs(arm.forward(result.q) - poses)[result.reached].max(initial=0.0) < 1e-8
-    shares = "  ".join(f"{np.mean(result.reached & (result.starts <= most)):9.3%}" for most in STARTS)
-    hardest = result.steps.max() * each / result.steps.mean()
-    name = " ".join(arm.joint_names[i] for i in locked) or "-"
-    return f"{name:>18}  {shares}  {result.steps.mean():6.1f}  {each:8.1f}  {hardest:9.0f}"
+def arm_of(name: str) -> sr.Arm:
+    """An arm by name, or of a robot file of the packages in requirements/robots.txt."""
+    if name not in BY_FILE:
+        return sr.arms.by_name(name)
+    from tests.robots.catalogue import ROBOTS
+
+    return ROBOTS[BY_FILE[name]].make()
+
+
+class Measured:
+    """One arm, one set of locked joints: shares solved by number of starts, and times on one core."""
+
+    def __init__(self, arm: sr.Arm, locked: tuple[int, ...], count: int) -> None:
+        random = np.random.default_rng(5)
+        span = sampling_range(arm.kinds, *arm.position_limits.T)
+        goal, start = random.uniform(*span, (2, count, arm.n))
+        start[:, locked] = goal[:, locked]
+        poses = arm.forward(goal)
+        arm.inverse(poses[:8], start[:8], locked=locked)
+        began = time.process_time()
+        result = arm.inverse(poses, start, locked=locked, starts=STARTS[-1], threads=1)
+        self.mean = (time.process_time() - began) / count * 1e6
+        off = np.abs(arm.forward(result.q) - poses)[result.reached].max(initial=0.0)
+        assert off < 1e-8, f"claimed to be reached, and {off} off"
+        self.shares = [float(np.mean(result.reached & (result.starts <= most))) for most in STARTS]
+        self.steps = float(result.steps.mean())
+        self.worst = one_alone(arm, poses, start, locked, int(result.steps.argmax()))
+        self.name = " ".join(arm.joint_names[i] for i in locked) or "-"
+
+    def __str__(self) -> str:
+        shares = "  ".join(f"{share:9.3%}" for share in self.shares)
+        return f"{self.name:>26}  {shares}  {self.steps:6.1f}  {self.mean:8.1f}  {self.worst:9.0f}"
+
+
+def one_alone(arm: sr.Arm, poses: np.ndarray, start: np.ndarray, locked: tuple[int, ...], row: int) -> float:
+    """[µs] the pose that took most steps, in a call of its own; the least of three."""
+
+    def once() -> float:
+        began = time.process_time()
+        arm.inverse(poses[row], start[row], locked=locked, starts=STARTS[-1], threads=1)
+        return (time.process_time() - began) * 1e6
+
+    return min(once() for _ in range(3))
+
+
+def of_arms(names: tuple[str, ...], count: int) -> str:
+    """A table of all arms; the parts of each are printed on the way."""
+    rows = []
+    for name in names:
+        arm = arm_of(name)
+        print(f"\n{name}\n{'locked':>26}  {'  '.join(f'{most:>9}' for most in STARTS)}   steps   mean µs   worst µs")
+        found = []
+        for locked in ((), *((i,) for i in range(arm.n))):
+            found.append(Measured(arm, locked, count))
+            print(found[-1], flush=True)
+        rows.append(summary(name, found))
+    return markdown(COLUMNS, rows)
+
+
+COLUMNS = (
+    "arm",
+    "all joints: reached with 10 / 30 / 100 / 300 starts",
+    "µs a pose",
+    "worst, ms",
+    "one joint locked, the hardest: 10 / 30 / 100 / 300 starts",
+    "µs a pose: mean, hardest",
+    "worst, ms",
+)
+
+
+def summary(name: str, found: list[Measured]) -> list[str]:
+    """The row of an arm."""
+    whole, *locked = found
+    hard = min(locked, key=lambda one: one.shares[::-1])
+    mean, slow = np.mean([one.mean for one in locked]), max(one.mean for one in locked)
+    return [
+        name,
+        percent(whole.shares),
+        f"{whole.mean:.0f}",
+        f"{whole.worst / 1e3:.2f}",
+        f"{hard.name}: {percent(hard.shares)}",
+        f"{mean:.0f}, {slow:.0f}",
+        f"{max(one.worst for one in locked) / 1e3:.1f}",
+    ]
+
+
+def percent(shares: list[float]) -> str:
+    return " / ".join(f"{100 * share:.2f}" if share < 1.0 else "100" for share in shares) + " %"
+
+
+def of_peers(count: int, keys: list[str] | None) -> str:
+    """The tables of bench/poses."""
+    from bench.poses import POSES
+    from bench.poses.base import BUDGET, TOLERANCE
+    from bench.poses.race import CASES, race
+
+    entries = tuple(entry for entry in POSES if keys is None or entry.ours or entry.key in keys)
+    versions: dict[str, str] = {}
+    parts, out = [], []
+    for case in CASES:
+        table, left_out = race(case, entries, count, versions)
+        parts += [table, ""]
+        out += left_out
+    listed = ", ".join(f"{name} {version}" for name, version in sorted(versions.items()) if name != "stillreach")
+    rule = (
+        f"Solved: to {TOLERANCE:g} m and rad by stillreach's forward kinematics, inside the limits. Processor time; "
+        f"loops have {BUDGET * 1e3:g} ms a pose."
+    )
+    return "\n".join([*parts, rule, *out, f"{listed}."])
+
+
+def where(cores: int) -> str:
+    """The date and the machine."""
+    return (
+        f"{datetime.date.today().isoformat()}, one core of {processor()} ({cores} cores; {machine_note(cores)}), "
+        f"Python {platform.python_version()}."
+    )
 
 
 def main() -> None:
-    """Print a table for each robot."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("robots", nargs="*", default=ROBOTS)
-    parser.add_argument("--poses", type=int, default=10_000)
+    parser = argparse.ArgumentParser(prog="python -m bench.reach", description=__doc__)
+    parser.add_argument("arms", nargs="*", metavar="ARM", help=f"of {', '.join(ARMS)}")
+    parser.add_argument("--poses", type=int, help="how many, of each kind")
+    parser.add_argument("--peers", nargs="?", const="", metavar="A,B", help="other libraries, or these of them")
+    parser.add_argument("--write", action="store_true", help="put what is measured into docs/inverse.md")
     given = parser.parse_args()
-    print(f"{given.poses} poses of random configurations within limits, to 1e-9 m and rad, one core")
-    for name in given.robots:
-        arm = sr.arms.by_name(name)
-        heads = "  ".join(f"{f'{most} starts':>9}" for most in STARTS)
-        print(f"\n{name}\n{'locked':>18}  {heads}   steps   µs, mean  µs, worst")
-        for locked in ((), *((i,) for i in range(arm.n))):
-            print(measured(arm, locked, given.poses), flush=True)
+    cores = pin_to_one_core()
+    made: tuple[str, Callable[[], str]]
+    if given.peers is not None:
+        keys = given.peers.split(",") if given.peers else None
+        made = "reach-peers", lambda: of_peers(given.poses or 500, keys)
+    else:
+        made = "reach", lambda: of_arms(tuple(given.arms) or ARMS, given.poses or 100_000)
+    name, measure = made
+    text = f"{measure()}\n\n{where(cores)}"
+    print(f"\n{text}")
+    if given.write:
+        put(PAGE, name, text)
 
 
 if __name__ == "__main__":

@@ -14,10 +14,11 @@ class Entry:
     module: str
     name: str = "Peer"
     ours: bool = False
+    package: str = "bench.peers"
 
     def load(self) -> type[Any]:
         """The class; this imports the peer's library."""
-        return getattr(import_module(f"bench.peers.{self.module}"), self.name)
+        return getattr(import_module(f"{self.package}.{self.module}"), self.name)
 
 
 TICKS = (
