@@ -69,12 +69,20 @@ class Measured:
         return f"{self.name:>26}  {shares}  {self.steps:6.1f}  {self.mean:8.1f}  {self.worst:9.0f}"
 
 
-def one_alone(arm: sr.Arm, poses: np.ndarray, start: np.ndarray, locked: tuple[int, ...], row: int) -> float:
+def one_alone(
+    arm: sr.Arm,
+    poses: np.ndarray,
+    start: np.ndarray | None,
+    locked: tuple[int, ...],
+    row: int,
+    *,
+    starts: int = STARTS[-1],
+) -> float:
     """[µs] the pose that took most steps, in a call of its own; the least of three."""
 
     def once() -> float:
         began = time.process_time()
-        arm.inverse(poses[row], start[row], locked=locked, starts=STARTS[-1], threads=1)
+        arm.inverse(poses[row], None if start is None else start[row], locked=locked, starts=starts, threads=1)
         return (time.process_time() - began) * 1e6
 
     return min(once() for _ in range(3))
@@ -146,6 +154,83 @@ def of_peers(count: int, keys: list[str] | None) -> str:
     return "\n".join([*parts, rule, *out, f"{listed}."])
 
 
+def of_unreachable(count: int) -> str:
+    """A table of poses that no configuration of an iiwa 14 reaches: how many are claimed, and the times of the rest."""
+    from tests.oracles import spherical_arm as exact
+
+    arm, random = sr.arms.iiwa14(), np.random.default_rng(1994)
+    narrow = arm.with_limits(position=0.5 * arm.position_limits)
+    most, least = exact.UPPER + exact.LOWER, exact.distance_at(arm.position_limits[3, 1])
+    half = count // 2
+    kinds = {
+        "the wrist farther from the shoulder than the links are long": (
+            arm,
+            np.concatenate(
+                [
+                    exact.random_poses(random, half, most + 1e-4, most + exact.TOOL),
+                    exact.random_poses(random, count - half, most + exact.TOOL, 2.0),
+                ]
+            ),
+        ),
+        "closer than the elbow's limit leaves it": (arm, exact.random_poses(random, half, 0.0, least - 1e-4)),
+        "excluded by half of the limits, by the closed form at 720 places of the elbow": (
+            narrow,
+            exact.excluded_poses(count - half, *narrow.position_limits.T),
+        ),
+    }
+    rows = []
+    for title, (own, poses) in kinds.items():
+        began = time.process_time()
+        result = own.inverse(poses, starts=30, threads=1)
+        mean = (time.process_time() - began) / len(poses) * 1e6
+        worst = one_alone(own, poses, None, (), int(result.steps.argmax()), starts=30)
+        claimed, seen = int(result.reached.sum()), int(result.too_far.sum())
+        rows.append([title, f"{len(poses)}", f"{claimed}", f"{seen}", f"{mean:.0f}", f"{worst / 1e3:.2f}"])
+    return markdown(("iiwa 14, 30 starts", "poses", "claimed", "`too_far`", "µs a pose", "worst, ms"), rows)
+
+
+FEW, MANY = {"solutions": 8, "starts": 200}, {"solutions": 64, "starts": 2000}
+SAME = 1e-2
+"""[rad] configurations of a pose that are closer than this, joint by joint, count as one."""
+
+
+def of_solutions(count: int) -> str:
+    """A table of a Panda's solution sets with each joint locked: those of 200 starts among those of 2,000."""
+    arm, random = sr.arms.panda(), np.random.default_rng(5)
+    q = random.uniform(*arm.position_limits.T, (count, arm.n))
+    poses, rows = arm.forward(q), []
+    for joint, name in enumerate(arm.joint_names):
+        began = time.process_time()
+        few = arm.inverse(poses, q, locked=[joint], **FEW, threads=1)
+        mean = (time.process_time() - began) / count * 1e6
+        many = arm.inverse(poses, q, locked=[joint], **MANY, seed=9)
+        whole, held, total = held_by(few, many)
+        rows.append(
+            [name, f"{total / count:.2f}", f"{100 * held / total:.2f} %", f"{100 * whole / count:.1f} %", f"{mean:.0f}"]
+        )
+        print(*rows[-1], sep="  ", flush=True)
+    head = (
+        "panda, locked",
+        "configurations a pose",
+        "of them found by 200 starts",
+        "poses with all of them",
+        "µs a pose",
+    )
+    return markdown(head, rows)
+
+
+def held_by(few: sr.Inverse, many: sr.Inverse) -> tuple[int, int, int]:
+    """Poses of which all configurations were found, of at most 8; configurations found; all configurations."""
+    whole = held = total = 0
+    for row in range(len(few)):
+        own, wanted = few.q[row, : few.found[row]], many.q[row, : many.found[row]]
+        apart = np.abs(own[:, None] - wanted[None]).max(axis=2).min(axis=0, initial=np.inf)
+        most = min(len(wanted), FEW["solutions"])
+        found = min(int((apart < SAME).sum()), most)
+        whole, held, total = whole + (found == most), held + found, total + most
+    return whole, held, total
+
+
 def where(cores: int) -> str:
     """The date and the machine."""
     return (
@@ -159,6 +244,8 @@ def main() -> None:
     parser.add_argument("arms", nargs="*", metavar="ARM", help=f"of {', '.join(ARMS)}")
     parser.add_argument("--poses", type=int, help="how many, of each kind")
     parser.add_argument("--peers", nargs="?", const="", metavar="A,B", help="other libraries, or these of them")
+    parser.add_argument("--unreachable", action="store_true", help="poses that no configuration reaches")
+    parser.add_argument("--solutions", action="store_true", help="how many configurations of a pose are found")
     parser.add_argument("--write", action="store_true", help="put what is measured into docs/inverse.md")
     given = parser.parse_args()
     cores = pin_to_one_core()
@@ -166,6 +253,10 @@ def main() -> None:
     if given.peers is not None:
         keys = given.peers.split(",") if given.peers else None
         made = "reach-peers", lambda: of_peers(given.poses or 500, keys)
+    elif given.unreachable:
+        made = "reach-unreachable", lambda: of_unreachable(given.poses or 10_000)
+    elif given.solutions:
+        made = "reach-solutions", lambda: of_solutions(given.poses or 1000)
     else:
         made = "reach", lambda: of_arms(tuple(given.arms) or ARMS, given.poses or 100_000)
     name, measure = made
