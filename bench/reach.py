@@ -8,6 +8,7 @@ of a pose's configurations are found. ``--write`` puts the tables into docs/inve
 import argparse
 import datetime
 import platform
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -216,7 +217,35 @@ def of_solutions(count: int) -> str:
         "poses with all of them",
         "µs a pose",
     )
-    return markdown(head, rows)
+    return f"{markdown(head, rows)}\n\n{second_opinion(count)}"
+
+
+def second_opinion(count: int) -> str:
+    """ssik's solution sets of a Panda without its fifth joint beside ours, in a sentence."""
+    from bench.poses.race import CASES, Robot
+
+    try:
+        from bench.poses.ssik import All
+    except ModuleNotFoundError as missing:
+        return f"No second opinion: {missing}."
+    arm, random = CASES[-1].arm(), np.random.default_rng(6)
+    poses = arm.forward(random.uniform(*arm.position_limits.T, (count, arm.n)))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "arm.urdf"
+        arm.to_urdf(path)
+        other = All(Robot("panda without a joint", str(path), *arm.position_limits.T))
+    ours = arm.inverse(poses, **FEW)
+    mine = theirs = common = 0
+    for row, pose in enumerate(poses):
+        own = ours.q[row, : ours.found[row]]
+        found = np.array([one.q for one in other.solver.solve(pose)]).reshape(-1, arm.n)
+        found = found[np.abs(arm.forward(found) - pose).max(axis=(1, 2), initial=0.0) < 1e-6]
+        near = np.abs(own[:, None] - found[None]).max(axis=2) < SAME
+        mine, theirs, common = mine + len(own), theirs + len(found), common + int(near.any(axis=0).sum())
+    return (
+        f"{CASES[-1].title}, {count} poses: 200 starts find {mine} configurations, ssik {theirs}; {common} of ssik's "
+        f"are among ours."
+    )
 
 
 def held_by(few: sr.Inverse, many: sr.Inverse) -> tuple[int, int, int]:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stillreach._files import new_file
 from stillreach.cli._complete import complete_robot
+from stillreach.errors import InputError
 
 if TYPE_CHECKING:
+    from stillreach._door import FloatArray
     from stillreach.tolerance import ReachLeft
 
 
@@ -21,6 +25,10 @@ def reach(
             autocompletion=complete_robot,
         ),
     ],
+    poses: Annotated[
+        Path | None,
+        typer.Argument(metavar="[POSES]", help="A CSV file of the poses that the arm is for; by default random ones."),
+    ] = None,
     tip: Annotated[str | None, typer.Option(help="Link (URDF), body or site (MJCF) that carries the tool.")] = None,
     base: Annotated[str | None, typer.Option(help="Link or body that the chain starts from.")] = None,
     fixed: Annotated[
@@ -38,17 +46,32 @@ def reach(
     ] = None,
     outside: Annotated[bool, typer.Option("--outside", help="Accept --q outside the position limits.")] = False,
     rows: Annotated[
-        str, typer.Option(help="The task: pose, position, orientation, or components like vx,vy,wz.")
-    ] = "pose",
+        str | None,
+        typer.Option(
+            help="The task: pose, position, orientation, or components like vx,vy,wz. By default pose, or position for "
+            "a file without attitudes."
+        ),
+    ] = None,
     frame: Annotated[str, typer.Option(help="Axes of these rows: base or tool.")] = "base",
-    samples: Annotated[int, typer.Option(min=1, help="Number of poses.")] = 1000,
+    length: Annotated[
+        str | None, typer.Option(metavar="UNIT", help="m (default), cm, mm, in or ft: of a file that does not say it.")
+    ] = None,
+    angle: Annotated[
+        str | None, typer.Option(metavar="UNIT", help="rad or deg: of a file that does not say its unit.")
+    ] = None,
+    samples: Annotated[int | None, typer.Option(min=1, help="Number of random poses; by default 1000.")] = None,
     starts: Annotated[int, typer.Option(min=1, help="The most searches for a pose.")] = 100,
     seed: Annotated[int, typer.Option(min=0, help="Of the random poses and starts.")] = 1994,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Also write a CSV file: a row a pose, a column a joint."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print only JSON.")] = False,
 ) -> None:
     """Show which poses an arm still reaches without a joint.
 
-    The poses are those of random configurations within the position limits. A pose counts as lost if no search of
+    The poses are those of a file with columns x, y, z and perhaps an attitude (qw, qx, qy, qz, or roll, pitch, yaw, or
+    rx, ry, rz), or those of random configurations within the position limits. A pose counts as lost if no search of
     inverse kinematics reaches it.
     """
     from stillreach.arm.losses import best
@@ -58,43 +81,107 @@ def reach(
     from stillreach.cli._terminal import print_json
     from stillreach.tolerance import reach as reach_left
 
-    task = task_of(rows, frame)
+    given = _given(poses, length=length, angle=angle, samples=samples)
+    task = task_of(rows or ("position" if given and not given[1] else "pose"), frame)
     arm = load_arm(robot, tip=tip, base=base, fixed=assignments("--fixed", fixed or []))
     at, source = configuration(arm, q, outside=outside)
     place = best(arm, task) if at is None else at
-    left = reach_left(arm, place, task=task, samples=samples, starts=starts, seed=seed)
+    places, count = (given[0] if given else None), samples or 1000
+    left = reach_left(arm, place, poses=places, task=task, samples=count, starts=starts, seed=seed)
+    lines = given[2] if given else None
+    if output is not None:
+        _write(output, left, lines)
     if as_json:
-        print_json(_facts(robot, left))
+        print_json(_facts(robot, left, lines))
     else:
-        _print(source, left)
+        _print(source, left, lines)
 
 
-def _print(source: str, left: ReachLeft) -> None:
+def _given(
+    poses: Path | None, *, length: str | None, angle: str | None, samples: int | None
+) -> tuple[FloatArray, bool, list[int]] | None:
+    """Poses of the file, whether it has attitudes, and the line of each."""
+    from stillreach._messages import one_of
+    from stillreach._units import ANGLES, LENGTHS
+    from stillreach.recordings.pose_columns import read_poses
+
+    for name, unit, units in (("--length", length, LENGTHS), ("--angle", angle, ANGLES)):
+        if unit is not None and poses is None:
+            raise InputError(name, repr(unit), "a file of poses with it")
+        if unit is not None and unit not in units:
+            raise InputError(name, repr(unit), one_of(units, unit))
+    if poses is None:
+        return None
+    if samples is not None:
+        raise InputError("--samples", f"{samples} and a file of poses", "one of them")
+    return read_poses(poses, length=length, angle=angle)
+
+
+def _print(source: str, left: ReachLeft, lines: list[int] | None) -> None:
     from stillreach.cli._terminal import console, print_table, table
     from stillreach.tolerance.reach import HEAD
 
-    out = console()
-    out.print(f"{len(left.poses)} poses that {left.arm.name} reaches, and one joint locked {_where(source)}:\n")
-    made = table(*HEAD, right=(1, 2), wrap=(0,))
+    out, total, reached = console(), len(left.poses), int(left.before.sum())
+    name = left.arm.name
+    what = f"{total} poses that {name} reaches" if lines is None else f"{reached} of {total} poses that {name} reaches"
+    out.print(f"{what}, and one joint locked {_where(source)}:\n")
+    heads = HEAD if lines is None else (*HEAD, "lost, by line")
+    made = table(*heads, right=(1, 2), wrap=(0, 3))
     for row in left.table():
-        made.add_row(*row)
+        lost = [] if lines is None else [_ranges([lines[k] for k in left.lost(row[0])])]
+        made.add_row(*row, *lost)
     print_table(made)
+    if lines is not None and reached < total:
+        out.print(f"\nnot reached by the whole arm: line {_ranges([lines[k] for k in (~left.before).nonzero()[0]])}")
     out.print(f"\n{left.verdict}")
+
+
+def _ranges(numbers: list[int]) -> str:
+    """``2, 5-9, 12`` of rising numbers; ``-`` of none."""
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and number == runs[-1][-1] + 1:
+            runs[-1][1:] = [number]
+        else:
+            runs.append([number])
+    return ", ".join("-".join(map(str, run)) for run in runs) or "-"
 
 
 def _where(source: str) -> str:
     return f"at its {source}" if source.startswith("best") else source
 
 
-def _facts(robot: str, left: ReachLeft) -> dict[str, Any]:
+def _facts(robot: str, left: ReachLeft, lines: list[int] | None) -> dict[str, Any]:
     """The output of --json; docs/command-line.md explains the keys."""
     return {
         "robot": robot,
         "name": left.arm.name,
         "poses": len(left.poses),
+        "reached": int(left.before.sum()),
         "joints": [
-            {"name": name, "locked_at": left.q[i], "still_reached": result.share}
+            {
+                "name": name,
+                "locked_at": left.q[i],
+                "still_reached": result.share,
+                **({"lost_lines": [lines[k] for k in left.lost(name)]} if lines else {}),
+            }
             for i, (name, result) in enumerate(left.by_joint.items())
         ],
         "verdict": left.verdict,
     }
+
+
+def _write(path: Path, left: ReachLeft, lines: list[int] | None) -> None:
+    """A table of which pose is reached by the whole arm, and without each joint."""
+    import csv
+    import io
+
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["line" if lines else "pose", "x [m]", "y [m]", "z [m]", "all joints", *left.by_joint])
+    numbers = lines or range(1, len(left.poses) + 1)
+    for k, number in enumerate(numbers):
+        reached = [left.before[k], *(result.reached[k] for result in left.by_joint.values())]
+        writer.writerow([number, *map(float, left.poses[k, :3, 3]), *map(int, reached)])
+    with new_file(path) as file:
+        file.write(text.getvalue().encode())

@@ -24,7 +24,12 @@ COMMA_AND_POINT = str.maketrans(",.", ".,")
 
 
 def read_table(
-    path: Path, wanted: Callable[[list[str]], set[str]], columns: str, *, others: bool = False
+    path: Path,
+    wanted: Callable[[list[str]], set[str]],
+    columns: str,
+    *,
+    others: bool = False,
+    lines: list[int] | None = None,
 ) -> tuple[list[str], FloatArray]:
     """Names of the columns and the numbers below them, (rows, columns).
 
@@ -33,6 +38,7 @@ def read_table(
         wanted: returns the required names, given the names in the file.
         columns: the required names in words.
         others: whether there may be further columns, which are not read.
+        lines: gets the number of each row's line.
 
     Raises:
         InputError: if the file is missing or not such a table; the message names the line.
@@ -46,7 +52,9 @@ def read_table(
     try:
         for count, (line, row) in enumerate(_rows(_lines(name, text), separator)):
             if count:
-                numbers.extend(_numbers(f"{name}:{line}", row, len(names), places, decimal))
+                if lines is not None:
+                    lines.append(line)
+                numbers.extend(_numbers(f"{name}:{line}", row, names, places, decimal))
                 continue
             names = [entry.strip() for entry in row]
             must = wanted(names)
@@ -105,21 +113,20 @@ def _rows(lines: Iterator[str], separator: str) -> Iterator[tuple[int, list[str]
     yield from ((reader.line_num, row) for row in reader if any(entry.strip() for entry in row))
 
 
-def _numbers(line: str, row: list[str], count: int, places: list[int], decimal: str) -> list[float]:
+def _numbers(line: str, row: list[str], names: list[str], places: list[int], decimal: str) -> list[float]:
     """The numbers of a line in some of its columns; with a decimal comma, points are an error."""
-    shown = ", ".join(row[:20])[:80]
-    whole = len(row) == count
-    row = [row[place] for place in places] if whole else []
-    if decimal == ",":
-        row = [entry.translate(COMMA_AND_POINT) for entry in row]
-    try:
-        numbers = [float(entry) for entry in row]
-    except ValueError:
-        numbers = []
-    if not whole or len(numbers) != len(places):
-        raise InputError(
-            line, shown, f"{len(places) if whole else count} numbers{' with decimal commas' if decimal == ',' else ''}"
-        )
-    if not all(abs(number) < LARGEST_NUMBER for number in numbers):
-        raise InputError(line, shown, f"finite numbers below {LARGEST_NUMBER:g}")
+    kind = " with decimal commas" if decimal == "," else ""
+    if len(row) != len(names):
+        raise InputError(line, ", ".join(row[:20])[:80], f"{len(names)} numbers{kind}")
+    numbers = []
+    for place in places:
+        entry = row[place].translate(COMMA_AND_POINT) if decimal == "," else row[place]
+        got = f"{row[place][:80]!r} in column {names[place][:80]}"
+        try:
+            number = float(entry)
+        except ValueError:
+            raise InputError(line, got, f"a number{kind}") from None
+        if not abs(number) < LARGEST_NUMBER:
+            raise InputError(line, got, f"a finite number below {LARGEST_NUMBER:g}")
+        numbers.append(number)
     return numbers

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,7 @@ from stillreach._door import FloatArray
 from stillreach._words import aligned, share, shown
 from stillreach.arm import Arm
 from stillreach.arm.limits import sampling_range
+from stillreach.errors import InputError
 from stillreach.inverse import Inverse
 from stillreach.task import Task
 
@@ -27,19 +29,29 @@ class ReachLeft:
     Args:
         arm: the arm.
         q: (n,) where each joint is locked [rad, m].
-        poses: (N, 4, 4) [m] of random configurations of the whole arm.
+        poses: (N, 4, 4) [m] the given ones, or those of random configurations of the whole arm.
+        before: (N,) whether the whole arm reaches a pose.
         by_joint: for each joint, the configurations that reach the poses with it locked.
     """
 
     arm: Arm
     q: FloatArray
     poses: FloatArray
+    before: npt.NDArray[np.bool_]
     by_joint: dict[str, Inverse]
 
     @property
     def shares(self) -> FloatArray:
         """(n,) the share of the poses that is reached without each joint."""
         return _door.frozen([result.share for result in self.by_joint.values()])
+
+    def lost(self, joint: str) -> npt.NDArray[np.intp]:
+        """Indices of the poses that only the whole arm reaches.
+
+        Args:
+            joint: name of the joint that is locked.
+        """
+        return np.flatnonzero(self.before & ~self.by_joint[joint].reached)
 
     @property
     def verdict(self) -> str:
@@ -70,6 +82,7 @@ def reach(
     arm: Arm,
     q: npt.ArrayLike,
     *,
+    poses: npt.ArrayLike | None = None,
     task: Task | None = None,
     samples: int = 1000,
     starts: int = 100,
@@ -79,15 +92,16 @@ def reach(
 ) -> ReachLeft:
     """The share of an arm's poses that it still reaches after each joint is locked.
 
-    Poses are those of random configurations within the position limits, so that the whole arm reaches all of them. A
-    pose counts as lost if no start of ``arm.inverse`` reaches it: for arms of ordinary size, that is wrong for fewer
-    than 1 pose in 1000 with 100 starts.
+    Without ``poses`` they are those of random configurations within the position limits, so that the whole arm reaches
+    all of them. A pose counts as lost if no start of ``arm.inverse`` reaches it: for arms of ordinary size, that is
+    wrong for fewer than 1 pose in 1000 with 100 starts.
 
     Args:
         arm: the arm.
         q: (n,) where each joint is locked [rad, m], or by joint name.
+        poses: (N, 4, 4) [m] the poses that the arm is for, at the task's point; None: random ones.
         task: rows, frame and point; None: all six rows at the arm's tool.
-        samples: number of poses.
+        samples: number of random poses.
         starts: the most searches for a pose.
         tolerance: [m, rad] largest entry of the error of a pose that counts as reached.
         seed: of the random configurations and starts.
@@ -99,19 +113,18 @@ def reach(
     at = _door.vector("q", q, arm.n, labels=arm.labels)
     count = _door.count("samples", samples)
     random = np.random.default_rng(_door.count("seed", seed, minimum=0))
-    configurations = random.uniform(*sampling_range(arm.kinds, *arm.position_limits.T), (count, arm.n))
-    own = arm if task is None or task.tool is None else arm.with_tool(arm.tool @ task.tool)
-    poses = own.forward(configurations)
-    by_joint = {
-        name: arm.inverse(
-            poses,
-            locked={name: at[i]},
-            task=task,
-            starts=starts,
-            tolerance=tolerance,
-            seed=seed,
-            threads=threads,
-        )
-        for i, name in enumerate(arm.joint_names)
-    }
-    return ReachLeft(arm, at, poses, by_joint)
+    settings: dict[str, Any] = {"task": task, "starts": starts, "tolerance": tolerance, "seed": seed}
+    settings["threads"] = threads
+    if poses is None:
+        configurations = random.uniform(*sampling_range(arm.kinds, *arm.position_limits.T), (count, arm.n))
+        own = arm if task is None or task.tool is None else arm.with_tool(arm.tool @ task.tool)
+        places, before = own.forward(configurations), np.ones(count, dtype=bool)
+    else:
+        places = _door.array("poses", poses, "poses (N, 4, 4)")
+        if places.ndim != 3:
+            raise InputError("poses", _door.describe(places), "poses (N, 4, 4)")
+        before = np.array(arm.inverse(places, **settings).reached)
+    by_joint = {name: arm.inverse(places, locked={name: at[i]}, **settings) for i, name in enumerate(arm.joint_names)}
+    for result in by_joint.values():
+        before |= result.reached
+    return ReachLeft(arm, at, places, before, by_joint)

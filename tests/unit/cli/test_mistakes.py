@@ -53,6 +53,11 @@ MISTAKES = {
     "a least speed of 0": ("inspect", "canadarm2", "--lost-below", "0"),
     "a least speed without unit": ("inspect", "canadarm2", "--lost-below", "1"),
     "a folder that cannot be made": ("run", "reach.toml", "--out", "reach.toml/out"),
+    "no such poses": ("reach", "panda", "nowhere.csv"),
+    "poses that are no table": ("reach", "panda", "reach.toml"),
+    "poses and random ones": ("reach", "panda", "poses.csv", "--samples", "5"),
+    "a unit without poses": ("reach", "panda", "--angle", "deg"),
+    "a unit that does not exist": ("reach", "panda", "poses.csv", "--length", "mile"),
     "a paper's step": ("paper", "--step", "-1", "--out", "p"),
 }
 """Arguments of commands; what they say is in tests/golden/messages.txt."""
