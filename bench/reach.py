@@ -7,6 +7,7 @@ of a pose's configurations are found. ``--write`` puts the tables into docs/inve
 
 import argparse
 import datetime
+import math
 import platform
 import tempfile
 import time
@@ -32,8 +33,10 @@ BY_FILE = {
 MADE = ("nasa_modular", "snake30")
 ARMS = (*BY_NAME, *BY_FILE, *MADE)
 """In the order of the table."""
-NEARLY_SPHERICAL = {("xarm7", 3), ("gen3", 3)}
-"""Arms whose shoulder and wrist are spherical up to the rounding of their files, and their elbow."""
+ELBOWS = {("xarm7", 3), ("gen3", 3)}
+"""Of arms whose shoulder and wrist are spherical up to the rounding of their files: nearly singular everywhere."""
+NEARLY_SPHERICAL = "†"
+LEGEND = f"{NEARLY_SPHERICAL}: the elbow of a nearly spherical arm; without it the arm is nearly singular everywhere."
 
 
 def arm_of(name: str) -> sr.Arm:
@@ -63,7 +66,8 @@ class Measured:
         self.shares = [float(np.mean(result.reached & (result.starts <= most))) for most in STARTS]
         self.steps = float(result.steps.mean())
         self.worst = one_alone(arm, poses, start, locked, int(result.steps.argmax()))
-        self.name = " ".join(arm.joint_names[i] for i in locked) or "-"
+        mark = NEARLY_SPHERICAL if (arm.name, *locked) in ELBOWS else ""
+        self.name = (" ".join(arm.joint_names[i] for i in locked) or "-") + mark
 
     def __str__(self) -> str:
         shares = "  ".join(f"{share:9.3%}" for share in self.shares)
@@ -100,7 +104,7 @@ def of_arms(names: tuple[str, ...], count: int) -> str:
             found.append(Measured(arm, locked, count))
             print(found[-1], flush=True)
         rows.append(summary(name, found))
-    return markdown(COLUMNS, rows)
+    return f"{markdown(COLUMNS, rows)}\n\n{LEGEND}"
 
 
 COLUMNS = (
@@ -131,7 +135,10 @@ def summary(name: str, found: list[Measured]) -> list[str]:
 
 
 def percent(shares: list[float]) -> str:
-    return " / ".join(f"{100 * share:.2f}" if share < 1.0 else "100" for share in shares) + " %"
+    """Rounded down: only all of them are 100."""
+    return (
+        " / ".join(f"{math.floor(1e5 * share + 1e-6) / 1e3:.3f}" if share < 1.0 else "100" for share in shares) + " %"
+    )
 
 
 def of_peers(count: int, keys: list[str] | None) -> str:

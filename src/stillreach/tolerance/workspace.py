@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from stillreach import _door
 from stillreach._door import FloatArray
+from stillreach._words import shown_length
 from stillreach.arm import Arm
 from stillreach.arm.limits import sampling_range
 from stillreach.errors import InputError
@@ -23,11 +24,13 @@ if TYPE_CHECKING:
 ANGLES = 9
 """Places between its limits at which each joint is locked."""
 STARTS = 30
+MOST_POINTS = 10_000_000
+"""Of a grid."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Workspace:
-    """The poses of an arm that are reached before and after the loss of a joint.
+    """The poses of an arm that are reached before and after the loss of one joint or two.
 
     Args:
         arm: the arm.
@@ -38,6 +41,9 @@ class Workspace:
         after: (P, n) whether it is reached with each joint locked anywhere within them, the others within their own
             limits; True for a joint that does not fail.
         joints: indices of those that may fail.
+        pairs: (P, n, n) the same with each two joints locked, each anywhere within its artificial limits; on the
+            diagonal ``after``. None where one failure is all that counts.
+        spacing: [m] of the grid of points; None where the poses were given.
     """
 
     arm: Arm
@@ -47,11 +53,23 @@ class Workspace:
     before: npt.NDArray[np.bool_]
     after: npt.NDArray[np.bool_]
     joints: tuple[int, ...]
+    pairs: npt.NDArray[np.bool_] | None = None
+    spacing: float | None = None
 
     @property
     def tolerant(self) -> npt.NDArray[np.bool_]:
-        """(P,) whether a pose is reached before the failure, and after that of any joint."""
-        return np.asarray(self.before & self.after.all(axis=1))
+        """(P,) whether a pose is reached before the failure, and after that of any joint, or of any two."""
+        single = self.before & self.after.all(axis=1)
+        return np.asarray(single if self.pairs is None else single & self.pairs.all(axis=(1, 2)))
+
+    @property
+    def size(self) -> float:
+        """[m^3], or [m^2] of a task in a plane: of the tolerant workspace, to the resolution of the grid.
+
+        NaN without a grid.
+        """
+        cell = np.nan if self.spacing is None else self.spacing ** len(self.task.indices)
+        return float(np.count_nonzero(self.tolerant) * cell)
 
     @property
     def share(self) -> float:
@@ -68,16 +86,30 @@ class Workspace:
 
         return cloud(self)
 
+    def __str__(self) -> str:
+        what = "any joint" if self.pairs is None else "any two joints"
+        text = (
+            f"{int(self.tolerant.sum())} of {len(self.poses)} poses tolerate the failure of {what}, "
+            f"{int(self.before.sum())} are reached before one"
+        )
+        if self.spacing is None:
+            return text
+        rows = len(self.task.indices)
+        unit = "m" if rows == 1 else f"m^{rows}"
+        return f"{text}; {self.size:.4g} {unit} on a grid of {shown_length(self.spacing)}"
+
     def __repr__(self) -> str:
-        return f"<Workspace of {self.arm.name}: {int(self.tolerant.sum())} of {len(self.poses)} poses tolerant>"
+        return f"<Workspace of {self.arm.name}: {self}>"
 
 
 def workspace(
     arm: Arm,
-    poses: npt.ArrayLike,
+    poses: npt.ArrayLike | None,
     limits: npt.ArrayLike | Mapping[str | int, tuple[float, float]] | None = None,
     *,
     joints: Any = None,
+    failures: int = 1,
+    spacing: float | None = None,
     task: Task | None = None,
     angles: int = ANGLES,
     starts: int = STARTS,
@@ -91,9 +123,11 @@ def workspace(
 
     Args:
         arm: the arm.
-        poses: (P, 4, 4), or (P, 3) points for a task of positions [m].
+        poses: (P, 4, 4), or (P, 3) points for a task of positions [m]; None with a ``spacing``.
         limits: (n, 2) [rad, m], or by joint; joints that are not named, and None, keep their own.
         joints: names or indices of those that may fail; None: those with limits on both sides.
+        failures: how many joints are locked together, 1 or 2, each anywhere within its limits.
+        spacing: [m] between points of a grid over the whole reach, along the axes of a task of positions.
         task: rows that count; None: the full pose, or the position for points.
         angles: at how many places of its limits, the ends among them, each joint is locked.
         starts: the most searches for a pose. A pose that none of them reaches counts as not reached.
@@ -106,27 +140,37 @@ def workspace(
     """
     if not isinstance(arm, Arm):
         raise InputError("arm", _door.describe(arm), "an Arm")
-    places, chosen = _poses(poses, task)
+    places, chosen = _grid(arm, poses, spacing, task) if spacing is not None else _poses(poses, task)
     bounds = _limits(arm, limits)
     count = _door.count("angles", angles)
-    finite = [joint for joint in range(arm.n) if np.isfinite(bounds[joint]).all()]
-    failing = finite if joints is None else [arm.joint_index(joint) for joint in joints]
-    for joint in failing:
-        if joint not in finite:
-            raise InputError(
-                "joints", f"{arm.joint_names[joint]}, whose limits are endless", "limits for each that may fail"
-            )
+    if _door.count("failures", failures) > 2:
+        raise InputError("failures", str(failures), "1 or 2")
+    failing = _failing(arm, bounds, joints)
     settings: dict[str, Any] = {"task": chosen, "starts": starts, "seed": seed, "threads": threads}
-    narrow = arm.with_limits(position=bounds)
-    before = np.asarray(narrow.inverse(places, **settings).reached)
+    before = np.asarray(arm.with_limits(position=bounds).inverse(places, **settings).reached)
+    stops = {joint: _stops(*bounds[joint], count) for joint in failing}
     after = np.ones((len(places), arm.n), dtype=bool)
-    for joint in failing:
-        low, high = bounds[joint]
-        for at in np.unique(np.linspace(low, high, count) if count > 1 else [0.5 * (low + high)]):
-            left = np.flatnonzero(before & after[:, joint])
+
+    def still(reached: npt.NDArray[np.bool_], lost: tuple[int, ...]) -> npt.NDArray[np.bool_]:
+        """Those of the poses that are reached wherever these joints are locked."""
+        reached = reached.copy()
+        for at in product(*(stops[joint] for joint in lost)):
+            left = np.flatnonzero(reached)
             if len(left):
-                found = arm.inverse(places[left], locked={joint: float(at)}, **settings)
-                after[left, joint] = found.reached
+                locked = {joint: float(value) for joint, value in zip(lost, at, strict=True)}
+                reached[left] = arm.inverse(places[left], locked=locked, **settings).reached
+        return reached
+
+    for joint in failing:
+        after[:, joint] = still(before, (joint,))
+    pairs = None
+    if failures == 2:
+        pairs = np.ones((len(places), arm.n, arm.n), dtype=bool)
+        pairs[:, range(arm.n), range(arm.n)] = after
+        for first, second in combinations(failing, 2):
+            both = still(after[:, first] & after[:, second] & before, (first, second))
+            pairs[:, first, second] = pairs[:, second, first] = both
+        pairs[~before] = False
     after[~before] = False
     return Workspace(
         arm=arm,
@@ -136,7 +180,26 @@ def workspace(
         before=before,
         after=after,
         joints=tuple(failing),
+        pairs=pairs,
+        spacing=spacing,
     )
+
+
+def _failing(arm: Arm, bounds: FloatArray, joints: Any) -> list[int]:
+    """Indices of the joints that may fail, each with limits on both sides."""
+    finite = [joint for joint in range(arm.n) if np.isfinite(bounds[joint]).all()]
+    failing = finite if joints is None else [arm.joint_index(joint) for joint in joints]
+    for joint in failing:
+        if joint not in finite:
+            raise InputError(
+                "joints", f"{arm.joint_names[joint]}, whose limits are endless", "limits for each that may fail"
+            )
+    return failing
+
+
+def _stops(low: float, high: float, count: int) -> FloatArray:
+    """Where a joint is locked: evenly from one limit to the other, or in their middle."""
+    return np.unique(np.linspace(low, high, count) if count > 1 else [0.5 * (low + high)])
 
 
 def best_limits(
@@ -209,7 +272,31 @@ def best_limits(
     return best
 
 
-def _poses(poses: npt.ArrayLike, task: Task | None) -> tuple[FloatArray, Task]:
+def _grid(arm: Arm, poses: Any, spacing: Any, task: Task | None) -> tuple[FloatArray, Task]:
+    """Points within the stretched arm's length of its first joint, and the task of positions."""
+    if poses is not None:
+        raise InputError("spacing", "poses, too", "one of them")
+    chosen = Task(rows="position") if task is None else task
+    axes = list(chosen.indices)
+    if max(axes) > 2 or chosen.frame != "base":
+        raise InputError("task", f"rows {', '.join(chosen.row_names)}", "with a spacing, positions along base axes")
+    step = _door.positive("spacing", spacing)
+    own = arm if chosen.tool is None else arm.with_tool(arm.tool @ chosen.tool)
+    first = own.joints[0].placement[:3, 3]
+    length = own.reach - float(np.linalg.norm(first))
+    most = np.floor(length / step)
+    if not (2.0 * most + 1.0) ** len(axes) <= MOST_POINTS:
+        got = f"{step:g} m, {(2.0 * most + 1.0) ** len(axes):.3g} points"
+        raise InputError("spacing", got, f"at most {MOST_POINTS} points")
+    across = np.arange(-most, most + 1.0)
+    cells = np.stack(np.meshgrid(*[across] * len(axes), indexing="ij"), axis=-1).reshape(-1, len(axes)) * step
+    cells = cells[np.einsum("ij,ij->i", cells, cells) <= length**2]
+    places = np.tile(own.forward(np.zeros(arm.n)), (len(cells), 1, 1))
+    places[:, axes, 3] = first[axes] + cells
+    return places, chosen
+
+
+def _poses(poses: Any, task: Task | None) -> tuple[FloatArray, Task]:
     """Poses (P, 4, 4), and the task."""
     given = _door.array("poses", poses, "poses (P, 4, 4) or points (P, 3)")
     if given.ndim == 2 and given.shape[1] == 3:

@@ -64,6 +64,63 @@ def test_poses_of_a_panda():
                 assert not found.after[place, 0]
 
 
+def test_the_annulus_on_a_grid():
+    """The same annulus, sampled every 50 mm: its area is right up to cells at its two edges."""
+    found = sr.tolerance.workspace(ARM, None, LIMITS, joints=["j2", "j3"], task=PLANE, spacing=0.05, angles=3)
+    r = np.linalg.norm(found.poses[:, :2, 3], axis=1)
+    clear = np.minimum(np.abs(r - INNER), np.abs(r - 1.0)) > 1e-6
+    np.testing.assert_array_equal(found.tolerant[clear], ((r > INNER) & (r < 1.0))[clear])
+    edge = 2 * np.pi * (1.0 + INNER)
+    assert abs(found.size - 2.602581) < 0.25 * edge * 0.05
+    steps = found.poses[:, :2, 3] / 0.05
+    np.testing.assert_allclose(steps, steps.round(), atol=1e-9)
+    assert len(np.unique(steps.round(), axis=0)) == len(steps)
+    assert "on a grid of 50 mm" in str(found)
+
+
+def test_two_failures_of_four_links():
+    """Unit links, joint 1 free, the others within 60 to 90 deg: exactly 1 <= r <= sqrt(3).
+
+    Before, r is largest with all at 60 deg. With joints 3 and 4 locked, or 2 and 3, a link of 1 and one of
+    L = |1 + exp(ia) + exp(i(a + b))| from 1 to 2 are left: |1 - L| <= r <= 1 + L. With 2 and 4, two of sqrt(2) to
+    sqrt(3). After one failure alone, smaller distances are reached as well.
+    """
+    arm, limits = sr.arms.planar(4), {name: np.deg2rad([60.0, 90.0]) for name in ("j2", "j3", "j4")}
+    a, b, c = np.meshgrid(*[np.deg2rad(np.linspace(60, 90, 31))] * 3)
+    before = np.abs(1 + np.exp(1j * a) + np.exp(1j * (a + b)) + np.exp(1j * (a + b + c)))
+    assert (before.min(), before.max()) == (pytest.approx(0.0, abs=1e-12), pytest.approx(np.sqrt(3.0)))
+    given = {"joints": list(limits), "task": PLANE, "spacing": 0.11, "angles": 3}
+    found = sr.tolerance.workspace(arm, None, limits, failures=2, **given)
+    r = np.linalg.norm(found.poses[:, :2, 3], axis=1)
+    clear = np.minimum(np.abs(r - 1.0), np.abs(r - np.sqrt(3.0))) > 1e-6
+    np.testing.assert_array_equal(found.tolerant[clear], ((r > 1.0) & (r < np.sqrt(3.0)))[clear])
+    one = sr.tolerance.workspace(arm, None, limits, **given)
+    assert one.pairs is None
+    np.testing.assert_array_equal(one.after, found.after)
+    assert (one.tolerant >= found.tolerant).all()
+    assert one.tolerant.sum() > found.tolerant.sum()
+    assert found.pairs is not None
+    np.testing.assert_array_equal(found.pairs, np.swapaxes(found.pairs, 1, 2))
+    assert "any two joints" in str(found)
+
+
+def test_two_failures_leave_less_than_both_alone():
+    """A Panda's poses, each pair judged by its own inverse kinematics."""
+    arm = sr.arms.panda()
+    limits = arm.position_limits.mean(axis=1)[:, None] + np.array([-0.3, 0.3])
+    q = np.random.default_rng(3).uniform(*limits.T, (30, 7))
+    chosen = ["panda_joint3", "panda_joint5"]
+    place = sr.Task(rows="position")
+    found = sr.tolerance.workspace(arm, arm.forward(q), limits, joints=chosen, task=place, failures=2, angles=2)
+    for row, pose in enumerate(arm.forward(q)):
+        both = [
+            arm.inverse(pose, locked={2: x, 4: y}, task=place, starts=100, seed=7).reached
+            for x in limits[2]
+            for y in limits[4]
+        ]
+        assert found.pairs[row, 2, 4] == (found.before[row] and all(both))
+
+
 def test_a_picture():
     pytest.importorskip("matplotlib").use("agg")
     points, _ = disc(50, 1.3)
@@ -80,6 +137,12 @@ def test_a_picture():
         ({"limits": {"j2": (1.0, 0.0)}}, r"limits: got \[1.0, 0.0\] for j2"),
         ({"joints": ["j1"]}, "joints: got j1, whose limits are endless"),
         ({"angles": 0}, "angles: got 0"),
+        ({"failures": 3}, "failures: got 3, expected 1 or 2"),
+        ({"spacing": 0.1}, "spacing: got poses, too"),
+        ({"spacing": 0.0, "poses": None}, "spacing: got 0.0"),
+        ({"spacing": 1e-9, "poses": None}, "spacing: got 1e-09 m, "),
+        ({"spacing": 0.1, "poses": None, "task": sr.Task()}, "task: got rows"),
+        ({"poses": None}, "poses: got None"),
         ({"joints": ["x"]}, "joint: got 'x'"),
     ],
 )
