@@ -14,7 +14,7 @@ TOLERANCE = 1e-6
 CLOSE = 1e-8
 """Where a loop ends, by its own error."""
 BUDGET = 0.05
-"""[s] that a loop with random restarts may take for a pose."""
+"""[s] of processor time that a loop with random restarts may take for a pose."""
 STEP, STEPS = 0.6, 40
 """Largest step [rad] of a loop's joint, and its most steps from one start: those of `arm.inverse`."""
 
@@ -48,9 +48,9 @@ class Loop:
 
     def starts(self, first: np.ndarray) -> Iterator[np.ndarray]:
         """Start after start."""
-        end = time.perf_counter() + BUDGET
+        end = time.process_time() + BUDGET
         yield first
-        while time.perf_counter() < end:
+        while time.process_time() < end:
             yield self.random.uniform(self.robot.lower, self.robot.upper)
 
     def search(

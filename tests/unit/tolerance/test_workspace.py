@@ -121,6 +121,38 @@ def test_two_failures_leave_less_than_both_alone():
         assert found.pairs[row, 2, 4] == (found.before[row] and all(both))
 
 
+def column_arm(J):
+    """The arm with the columns (v, w) of revolute joints at zero, its tool at the origin."""
+    v, w = J[:3].T, J[3:].T
+    places = np.vstack([np.zeros(3), np.cross(w, v), np.zeros(3)])
+    moves = np.tile(np.eye(4), (8, 1, 1))
+    moves[:, :3, 3] = np.diff(places, axis=0)
+    return sr.Arm([sr.Joint(placement=T, axis=axis) for T, axis in zip(moves[:7], w, strict=True)], tool=moves[7])
+
+
+def test_columns_in_another_order():
+    """Arms of the same columns lose the same at zero; the reverse order has the workspace mirrored at the origin."""
+    random = np.random.default_rng(2)
+    w = random.normal(size=(3, 7))
+    w /= np.linalg.norm(w, axis=0)
+    J = np.vstack([np.cross(random.normal(size=(7, 3)), w.T).T, w])
+    order = random.permutation(7)
+    arm, reverse = column_arm(J[:, order]), column_arm(J[:, order[::-1]])
+    np.testing.assert_allclose(arm.jacobian(np.zeros(7)), J[:, order], atol=1e-12)
+    null = np.linalg.svd(J)[2][6]
+    for each, columns in ((arm, order), (reverse, order[::-1])):
+        local = sr.tolerance.report(each, np.zeros(7), k=1).relative[0]
+        np.testing.assert_allclose(local, np.abs(null[columns]), atol=1e-9)
+    poses = np.tile(np.eye(4), (25, 1, 1))
+    poses[:, :3, 3] = random.uniform(-0.8, 0.8, (25, 3))
+    mirrored = poses.copy()
+    mirrored[:, :3, 3] *= -1.0
+    given = {"limits": np.tile([-0.7, 0.7], (7, 1)), "angles": 2, "starts": 100}
+    found = sr.tolerance.workspace(arm, poses, **given).tolerant
+    np.testing.assert_array_equal(sr.tolerance.workspace(reverse, mirrored, **given).tolerant, found)
+    assert 0 < found.sum() < 25
+
+
 def test_a_picture():
     pytest.importorskip("matplotlib").use("agg")
     points, _ = disc(50, 1.3)
