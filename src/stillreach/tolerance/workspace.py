@@ -148,7 +148,7 @@ def workspace(
     failing = _failing(arm, bounds, joints)
     settings: dict[str, Any] = {"task": chosen, "starts": starts, "seed": seed, "threads": threads}
     before = np.asarray(arm.with_limits(position=bounds).inverse(places, **settings).reached)
-    stops = {joint: _stops(*bounds[joint], count) for joint in failing}
+    stops = {joint: _stops(bounds[joint, 0], bounds[joint, 1], count) for joint in failing}
     after = np.ones((len(places), arm.n), dtype=bool)
 
     def still(reached: npt.NDArray[np.bool_], lost: tuple[int, ...]) -> npt.NDArray[np.bool_]:
