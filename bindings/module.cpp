@@ -12,6 +12,7 @@ NB_MODULE(_core, m) {
   bind_recorder(m);
   bind_batch(m);
   bind_inverse(m);
+  bind_losses(m);
   m.def(
       "instruction_set", []() { return kernel().instruction_set; },
       "Which build of the core runs here: \"avx512\", \"avx2\" or \"baseline\"; STILLREACH_INSTRUCTIONS names the most "

@@ -77,5 +77,6 @@ void bind_solution(nb::module_& m);
 void bind_solve(nb::module_& m);
 void bind_batch(nb::module_& m);
 void bind_inverse(nb::module_& m);
+void bind_losses(nb::module_& m);
 void bind_controller(nb::module_& m);
 void bind_recorder(nb::module_& m);

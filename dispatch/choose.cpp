@@ -27,6 +27,9 @@ const Kernel& eight_lanes() {
     k.rollout_doubles = wide.rollout_doubles;
     k.kinematics_rows = wide.kinematics_rows;
     k.kinematics_doubles = wide.kinematics_doubles;
+    k.relative_rows = wide.relative_rows;
+    k.guaranteed_rows = wide.guaranteed_rows;
+    k.loss_doubles = wide.loss_doubles;
     return k;
   }();
   return both;

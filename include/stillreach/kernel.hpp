@@ -4,6 +4,7 @@
 #include "stillreach/batch/batch.hpp"
 #include "stillreach/batch/batch_kinematics.hpp"
 #include "stillreach/batch/batch_rollout.hpp"
+#include "stillreach/batch/guaranteed.hpp"
 #include "stillreach/batch/inverse.hpp"
 #include "stillreach/control/rollout.hpp"
 #include "stillreach/kinematics/arm.hpp"
@@ -52,6 +53,10 @@ struct Kernel {
   // Rows first to last - 1 of poses, Jacobians, singular values. doubles: as many as that says, on a 64-byte boundary.
   void (*kinematics_rows)(const KinematicsBatch& b, std::ptrdiff_t first, std::ptrdiff_t last, double* doubles);
   std::size_t (*kinematics_doubles)(int n, int count, bool full_joint_weight);
+  // Rows first to last - 1 of what losses leave. doubles: as many as that says, on a 64-byte boundary.
+  void (*relative_rows)(const LossBatch& b, std::ptrdiff_t first, std::ptrdiff_t last, double* doubles);
+  void (*guaranteed_rows)(const LossBatch& b, std::ptrdiff_t first, std::ptrdiff_t last, double* doubles);
+  std::size_t (*loss_doubles)(int n, int sizes, std::ptrdiff_t count);
 };
 
 }  // namespace stillreach
@@ -122,6 +127,13 @@ inline Kernel make_kernel() {
     kinematics_rows(b, first, last, doubles);
   };
   k.kinematics_doubles = [](int n, int count, bool full) { return kinematics_doubles(n, count, full); };
+  k.relative_rows = [](const LossBatch& b, std::ptrdiff_t first, std::ptrdiff_t last, double* doubles) {
+    relative_rows(b, first, last, doubles);
+  };
+  k.guaranteed_rows = [](const LossBatch& b, std::ptrdiff_t first, std::ptrdiff_t last, double* doubles) {
+    guaranteed_rows(b, first, last, doubles);
+  };
+  k.loss_doubles = [](int n, int sizes, std::ptrdiff_t count) { return loss_doubles(n, sizes, count); };
   return k;
 }
 
