@@ -17,6 +17,7 @@ from stillreach.cli.reach import reach
 from stillreach.cli.rehearse import rehearse
 from stillreach.cli.run import run
 from stillreach.cli.schema import schema
+from stillreach.cli.survey import survey
 from stillreach.cli.view import view
 
 app = typer.Typer(
@@ -27,7 +28,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Exit codes: 0 done, 1 the arm did not finish or a claim fails, 2 invalid input, 130 Ctrl-C.",
 )
-for command in (run, compare, rehearse, view, convert, inspect, reach, arms, schema, paper, doctor):
+for command in (run, compare, rehearse, view, convert, inspect, reach, survey, arms, schema, paper, doctor):
     app.command()(command)
 
 

@@ -95,6 +95,16 @@ def scenario_of(text: str) -> Scenario:
         raise InputError("scenario", f"{type(error).__name__}: {error}", expected) from None
 
 
+def settings_text(value: Arm | Task) -> str:
+    """The settings of an arm or a task as JSON with sorted keys, the same for the same settings."""
+    return json.dumps(_data(value), ensure_ascii=False, allow_nan=False, sort_keys=True)
+
+
+def arm_of(text: str) -> Arm:
+    """The arm of such a text."""
+    return _arm(json.loads(text, object_hook=_with_infinity))
+
+
 def _in_joint_order(motion: NullMotion, arm: Arm) -> NullMotion:
     """A null motion whose numbers for each joint have no labels."""
     vector: Any = motion.core(arm.labels)[2]

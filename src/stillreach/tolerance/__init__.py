@@ -6,6 +6,7 @@ from stillreach.tolerance.reach import ReachLeft, reach
 from stillreach.tolerance.rehearsal import Rehearsal
 from stillreach.tolerance.rehearse import rehearse
 from stillreach.tolerance.report import Report, report
+from stillreach.tolerance.survey import Survey, survey
 from stillreach.tolerance.workspace import Workspace, best_limits, workspace
 
 __all__ = [
@@ -14,6 +15,7 @@ __all__ = [
     "ReachLeft",
     "Rehearsal",
     "Report",
+    "Survey",
     "Workspace",
     "best_limits",
     "best_posture",
@@ -22,5 +24,6 @@ __all__ = [
     "reach",
     "rehearse",
     "report",
+    "survey",
     "workspace",
 ]

@@ -26,7 +26,7 @@ from stillreach.arm.relative import best_possible, failure_sets, null_basis, wit
 from stillreach.errors import InputError
 from stillreach.faults import Confined, Derated, FaultKind, OneWay, Runaway, fault_kind
 from stillreach.task import Task
-from stillreach.tolerance.speeds import along, guaranteed, normals
+from stillreach.tolerance.speeds import along, guaranteed, normals, row_scales
 
 HEAD = ("lost", "remaining", "speed everywhere", "directions lost")
 """Columns of the table."""
@@ -183,13 +183,13 @@ class Report:
         wanted = _door.unit_vector("twist", wanted, len(rows))
         lower, upper = self._bounds(faults or {})
         J, _, _ = self._jacobian()
-        scales = _scales(self.task)
+        scales = row_scales(self.task)
         return along(J * scales[:, None], wanted * scales, lower, upper)
 
     def speed_after(self, faults: Mapping[str | int, FaultKind]) -> float:
         """The guaranteed speed in every direction after faults, e.g. ``{"j2": Derated(0.5)}``; as for ``speed``."""
         J, _, _ = self._jacobian()
-        weighted = J * _scales(self.task)[:, None]
+        weighted = J * row_scales(self.task)[:, None]
         return float(guaranteed(weighted, normals(weighted)[0], *self._bounds(faults)))
 
     def _weakest_words(self, joint: str) -> str:
@@ -338,7 +338,7 @@ def report(
     J, rates, least = _jacobian(arm, at, chosen, working)
     served = directions(J * rates, least).served
     Z = null_basis(served.T @ (J * (rates > 0.0)))
-    weighted = J * _scales(chosen)[:, None]
+    weighted = J * row_scales(chosen)[:, None]
     facets, exact = normals(weighted)
     places = np.arange(len(working))
     sets, relative, loses, speeds = [], [], [], []
@@ -375,13 +375,6 @@ def _jacobian(
     """Jacobian (m, w) of the joints that work, their full rates (w,), and the least speeds of the rows (m,)."""
     J = task_jacobian(arm, q, task)[:, list(working)]
     return J, full_rates(arm.velocity_limits)[list(working)], least_speeds(task.indices, LEAST_SPEED, LEAST_TURN)
-
-
-def _scales(task: Task) -> FloatArray:
-    """(m,) what one unit of each row counts: lengths and angles in the units of the task's weights."""
-    weights = task.weights
-    units: tuple[Any, Any] = (1.0, 1.0) if weights is None else (weights.length, weights.angle)
-    return np.array([1.0 / units[row >= 3] for row in task.indices])
 
 
 def _loses(J: FloatArray, least: FloatArray, served: FloatArray, sets: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:

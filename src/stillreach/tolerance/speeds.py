@@ -4,18 +4,27 @@ from __future__ import annotations
 
 from itertools import combinations
 from math import comb
+from typing import Any
 
 import numpy as np
 
 from stillreach._door import FloatArray
 from stillreach.bounds import Bounds
 from stillreach.laws import KeepDirection
+from stillreach.task import Task
 
 MOST_NORMALS = 5_000
 """Normals of a zonotope that are looked at: all of up to 16 joints in 6 directions."""
 SEED = 1994
 FAR = 1e4
 """A speed, relative to that of all joints, that no arm reaches."""
+
+
+def row_scales(task: Task) -> FloatArray:
+    """(m,) what one unit of each row counts: lengths and angles in the units of the task's weights."""
+    weights = task.weights
+    units: tuple[Any, Any] = (1.0, 1.0) if weights is None else (weights.length, weights.angle)
+    return np.array([1.0 / units[row >= 3] for row in task.indices])
 
 
 def normals(J: FloatArray) -> tuple[FloatArray, bool]:
