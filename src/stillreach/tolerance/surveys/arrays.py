@@ -78,6 +78,7 @@ ALL = {
     "every_speed": Variable("speed", (), "f8", "speed in every direction with all joints", np.nan, "m/s, rad/s"),
     "every_speed_after": Variable("speed", ("set",), "f8", "the same without each set", np.nan, "m/s, rad/s"),
     "every_depth": Variable("depth", (), "i1", "how many joints can fail; -1: already singular", -2),
+    "goal": Variable("reach", ("joint",), "f8", "configuration whose pose is to be reached", np.nan, "joint"),
     "every_reach_before": Variable("reach", (), "?", "whether the goal is reached with all joints"),
     "every_reach_after": Variable("reach", ("set",), "?", "whether it is reached without each set"),
 }

@@ -184,6 +184,7 @@ class _Chunk:
         self.found["reach_before"] += int(np.count_nonzero(before))
         self.found["reach_after"] += np.count_nonzero(after, axis=0)
         if self.kept:
+            self.kept["goal"][rows] = goals
             self.kept["every_reach_before"][rows] = before
             self.kept["every_reach_after"][rows] = after
 

@@ -83,8 +83,10 @@ class Store:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         try:
+            if not folder.is_dir():
+                raise NotADirectoryError
             self.group = zarr_or_error().open_group(str(folder), mode="r+", zarr_format=2)
-        except (FileNotFoundError, ValueError, TypeError):
+        except (FileNotFoundError, NotADirectoryError, ValueError, TypeError):
             raise InputError("out", f"{str(folder)!r}, which is something else", EXPECTED) from None
         attrs = dict(self.group.attrs)
         if not {"format", "survey", "build", "robot"} <= attrs.keys():
