@@ -97,8 +97,8 @@ requirements: PIP_COMPILE := build/pip-tools/bin/pip-compile -q --upgrade --stri
 requirements: check-tools  ## pin the newest versions of everything
 	$(PYTHON) -m venv build/pip-tools
 	build/pip-tools/bin/pip install -q pip-tools==7.6.2
-	$(PIP_COMPILE) --extra plot --extra netcdf --extra test -o requirements/test.txt pyproject.toml
-	$(PIP_COMPILE) -c requirements/test.txt --extra plot --extra netcdf --extra page --extra recordings -o requirements/all.txt pyproject.toml
+	$(PIP_COMPILE) --extra plot --extra netcdf --extra survey --extra test -o requirements/test.txt pyproject.toml
+	$(PIP_COMPILE) -c requirements/test.txt --extra plot --extra netcdf --extra page --extra recordings --extra survey -o requirements/all.txt pyproject.toml
 	$(PIP_COMPILE) -c requirements/test.txt -o requirements/build.txt requirements/build.in
 	$(PIP_COMPILE) -c requirements/test.txt -o requirements/docs.txt requirements/docs.in
 	$(PIP_COMPILE) -o requirements/wheels.txt requirements/wheels.in

@@ -231,8 +231,9 @@ def _numbers(name: str, value: Any, expected: str, labels: Labels | None = None)
     if array.dtype.kind not in "fiu" or _holds_bool(value):
         raise InputError(name, describe(value), expected)
     with np.errstate(over="ignore"):
-        # as the buffer protocol names the type, too: files give little-endian arrays where that is the machine's order
-        return array.astype(np.float64, copy=False).view(np.float64)
+        numbers = array.astype(np.float64, copy=False)
+    # files give arrays that name the machine's own byte order, which the core does not read
+    return numbers if numbers.dtype.byteorder == "=" else numbers.view(np.float64)
 
 
 def is_masked(value: Any) -> bool:

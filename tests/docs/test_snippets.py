@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from stillreach.errors import PageNotBuiltError
+from stillreach.errors import MissingExtraError, PageNotBuiltError
 from tests.docs.pages import PAGES, ROOT, Block, blocks, name
 
 LINK = re.compile(r"\]\(([^()\s]+)\)")
@@ -49,7 +49,7 @@ def test_the_code_of_a_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest
     monkeypatch.chdir(tmp_path)
     try:
         run_blocks(blocks(page.read_text(encoding="utf-8"), "python"), str(page))
-    except PageNotBuiltError as missing:
+    except (MissingExtraError, PageNotBuiltError) as missing:
         pytest.skip(str(missing))
 
 

@@ -1,5 +1,6 @@
 """The public door: what is let in, in which form, and what is turned away, with which words."""
 
+import sys
 from decimal import Decimal
 from fractions import Fraction
 
@@ -8,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import stillreach as sr
 from stillreach import _door
 from stillreach._labels import Labels
 from stillreach.errors import InputError
@@ -225,6 +227,16 @@ def test_count():
     for value in (0, -1, 1.0, np.float64(2), [2], np.array([2])):
         with refused("it", " 1"):
             _door.count("it", value)
+
+
+def test_arrays_that_name_the_byte_order_of_the_machine_are_read_in_place():
+    own = np.dtype(np.float64).newbyteorder("<" if sys.byteorder == "little" else ">")
+    value = np.arange(3.0).view(own)
+    assert memoryview(value).format != "d"
+    read = _door.configurations("q", value, THREE)
+    assert memoryview(read).format == "d"
+    assert np.shares_memory(read, value)
+    np.testing.assert_array_equal(sr.arms.planar(3).jacobian(value), sr.arms.planar(3).jacobian([0.0, 1.0, 2.0]))
 
 
 def test_choice_suggests_the_nearest_word():

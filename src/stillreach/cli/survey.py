@@ -154,11 +154,10 @@ def _client(scheduler: str | None) -> Iterator[Any]:
 
 def _print(found: Survey) -> None:
     from stillreach.cli._terminal import console, print_table, table
-    from stillreach.tolerance.survey import HEAD
 
     out = console()
     out.print(f"{found.configurations} configurations of {found.arm.name}:\n")
-    made = table(*HEAD, right=(1, 2, 3, 4), wrap=(0,))
+    made = table(*found.head, right=tuple(range(1, len(found.head))), wrap=(0,))
     for row in found.table():
         made.add_row(*row)
     print_table(made)

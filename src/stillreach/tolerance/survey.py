@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-HEAD = ("lost", "remaining, median", "worst 5 %", "speed, median", "reached")
-"""Columns of the table."""
+HEADS = {"relative": ("remaining, median", "worst 5 %"), "speed": ("speed, median",), "reach": ("reached",)}
+"""Columns of the table by metric."""
 AT_ONCE = 64
 """Chunks that are added up at once."""
 
@@ -225,17 +225,24 @@ class Survey:
             )
         return " ".join(parts) or f"{count:,} configurations."
 
+    @property
+    def head(self) -> tuple[str, ...]:
+        """Titles of the columns of ``table``: those of the metrics that the survey has."""
+        return ("lost", *(title for metric in self.metrics for title in HEADS.get(metric, ())))
+
     def table(self) -> list[tuple[str, ...]]:
-        """Cells below HEAD: each joint, that whose loss costs most first."""
+        """Cells below ``head``: each joint, that whose loss costs most first."""
         rows = []
         by_set = dict(zip(self.sets, self.reached, strict=True)) if "reach" in self.metrics else {}
         for joint in self.ranking:
             name = self.arm.joint_names[joint]
-            cells = [name, "-", "-", "-", share(by_set[(name,)]) if (name,) in by_set else "-"]
+            cells = [name]
             if "relative" in self.metrics:
-                cells[1:3] = [share(float(self.remaining(part)[joint])) for part in (0.5, 0.05)]
+                cells += [share(float(self.remaining(part)[joint])) for part in (0.5, 0.05)]
             if "speed" in self.metrics:
-                cells[3] = f"{quantile(self.total('speed_joint')[joint], SPEED_EDGES, 0.5):.3g}"
+                cells.append(f"{quantile(self.total('speed_joint')[joint], SPEED_EDGES, 0.5):.3g}")
+            if "reach" in self.metrics:
+                cells.append(share(by_set[(name,)]) if (name,) in by_set else "-")
             rows.append(tuple(cells))
         return rows
 
@@ -284,7 +291,7 @@ class Survey:
         return survey_figure(self)
 
     def __str__(self) -> str:
-        return "\n".join([aligned([HEAD, *self.table()]), "", self.verdict])
+        return "\n".join([aligned([self.head, *self.table()]), "", self.verdict])
 
     def __repr__(self) -> str:
         part = "" if self.complete else f", {int(self.done.sum())} of {len(self.done)} chunks"

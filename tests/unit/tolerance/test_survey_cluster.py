@@ -19,7 +19,7 @@ distributed = pytest.importorskip("distributed", reason="needs the extra survey"
 pytestmark = [pytest.mark.filterwarnings("ignore"), pytest.mark.xdist_group("cluster")]
 
 ARM = sr.arms.nasa_modular()
-SETTINGS = {"samples": 60_000, "k": 5, "chunk": 1000, "seed": 11, "metrics": ("relative", "depth")}
+SETTINGS = {"samples": 24_000, "k": 3, "chunk": 400, "seed": 11, "metrics": ("relative", "depth")}
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +84,7 @@ def test_workers_of_another_instruction_set_are_refused(cluster, tmp_path):
     """These have computed already, and cannot change it; new ones do."""
     if Build.here().instructions == "baseline":
         pytest.skip("this machine has the baseline alone")
-    settings = {**SETTINGS, "samples": 2000}
+    settings = {**SETTINGS, "samples": 800}
     sr.tolerance.survey(ARM, tmp_path / "x", client=cluster, **settings)
     said = r"client: got tcp://.*, which has stillreach .* with avx2 on .*, expected .* with baseline"
     with pytest.raises(InputError, match=said):
