@@ -86,9 +86,19 @@ def test_the_keys_of_inspect_are_those_of_the_page(desk: Path) -> None:
 
 
 def test_the_keys_of_reach_are_those_of_the_page(desk: Path) -> None:
-    section = PAGE.partition("`reach`:")[2].partition("`arms --json`")[0]
+    section = PAGE.partition("`reach`:")[2].partition("`survey`:")[0]
     found = json.loads(shell("stillreach reach planar4 --json --samples 5", desk).out)
     assert {*found, *found["joints"][0]} == set(re.findall(r"`(\w+)`", section))
+
+
+def test_the_keys_of_survey_are_those_of_the_page(desk: Path) -> None:
+    pytest.importorskip("zarr", reason="needs the extra survey")
+    section = PAGE.partition("`survey`:")[2].partition("`arms --json`")[0]
+    options = " ".join(f"--metric {name}" for name in ("relative", "speed", "depth", "reach"))
+    found = json.loads(
+        shell(f"stillreach survey planar4 --json --no-plot --samples 5 --rows vx,vy {options}", desk).out
+    )
+    assert {*found, *found["worst"][0]} == set(re.findall(r"`(\w+)`", section)) - {"reach"}
 
 
 def test_the_keys_of_arms_and_doctor_are_those_of_the_page(desk: Path) -> None:

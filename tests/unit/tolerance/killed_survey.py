@@ -5,7 +5,7 @@ from pathlib import Path
 
 import stillreach as sr
 
-SETTINGS = {"k": 3, "chunk": 100, "seed": 7, "metrics": ("relative", "speed", "depth"), "keep": "all"}
+SETTINGS = {"k": 2, "chunk": 100, "seed": 7, "metrics": ("relative", "speed", "depth"), "keep": "all"}
 
 
 def survey(folder, count, **settings):

@@ -208,7 +208,7 @@ def finished(folder):
 
 
 def test_a_killed_survey_goes_on_and_ends_as_one_that_ran_through(tmp_path):
-    count, folder = 3000, tmp_path / "killed"
+    count, folder = 1600, tmp_path / "killed"
     command = [sys.executable, "-m", "tests.unit.tolerance.killed_survey", str(folder), str(count)]
     process = subprocess.Popen(command, cwd=ROOT)
     while len(finished(folder)) < 3 and process.poll() is None:
@@ -216,11 +216,11 @@ def test_a_killed_survey_goes_on_and_ends_as_one_that_ran_through(tmp_path):
     process.send_signal(signal.SIGKILL)
     process.wait()
     before = finished(folder)
-    assert 3 <= len(before) < 30
+    assert 3 <= len(before) < 16
     assert not sr.tolerance.Survey.load(folder).complete
     resumed = killed_survey.survey(folder, count)
     after = finished(folder)
-    assert len(after) == 30
+    assert len(after) == 16
     assert {name: after[name] for name in before} == before  # none was computed again
     through = killed_survey.survey(tmp_path / "through", count)
     assert_same(resumed, through)
@@ -247,7 +247,7 @@ def test_a_survey_that_is_done_is_only_read(tmp_path, monkeypatch):
     [
         ({"seed": 8}, "a survey with another seed"),
         ({"chunk": 30}, "another size of chunks"),
-        ({"k": 2}, "other sets of joints"),
+        ({"k": 1}, "other sets of joints"),
         ({"metrics": "relative"}, "other metrics"),
         ({"count": 101}, "other configurations"),
         ({"keep": "reduced"}, "another keep"),
