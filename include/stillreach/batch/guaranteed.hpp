@@ -62,7 +62,7 @@ inline void choose_column(const FacetPass& p, int first, const Wide* columns, La
     take_facet(p, columns, valid, more);
   } else {
     for (int i = first; i <= n - (D - 1); ++i) {
-      Wide axis[D];
+      Wide axis[kRows];
       for (int c = 0; c < D; ++c) axis[c] = columns[i * D + c];
       const Wide size = length_of<D>(D, axis);
       const Lanes here = valid & (size > kDependentColumn * p.lengths[i]);

@@ -80,7 +80,7 @@ inline void lose_more(const LossPass& p, int dims, int size, int first, Wide pro
     w.which[size] = select(less, wide(static_cast<double>(place)), w.which[size]);
     if constexpr (D != 1) {
       if (size + 1 == p.sizes || d == 1) continue;
-      Wide v[D > 0 ? D : 1];
+      Wide v[kRows];
       Wide* axis = D > 0 ? v : more;
       for (int c = 0; c < d; ++c) axis[c] = row[c];
       const Wide factor = mirror<D>(d, length, axis);

@@ -369,6 +369,8 @@ def survey(
     )
     if threads is not None:
         threads = _door.count("threads", threads)
+    if client is not None and not hasattr(client, "submit"):
+        raise InputError("client", _door.describe(client), "a distributed.Client")
     build = expected_build(bool(baseline))
     store = opened(out, plan, build, bool(resume))
     if plan.keep == "all" and not store.done.any():

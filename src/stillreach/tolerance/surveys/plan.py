@@ -203,7 +203,9 @@ def _configurations(
     steps: tuple[int, ...] = ()
     places = None
     if grid is not None:
-        listed = [grid] * arm.n if isinstance(grid, int | np.integer) else list(grid)
+        if isinstance(grid, str) or not isinstance(grid, Iterable | int | np.integer):
+            raise InputError("grid", _door.describe(grid), "a number of steps, or one for each joint")
+        listed = list(grid) if isinstance(grid, Iterable) else [grid] * arm.n
         steps = tuple(_door.count("grid", step) for step in listed)
         if len(steps) != arm.n:
             raise InputError("grid", f"{len(steps)} numbers", f"a number of steps, or {arm.n}, one for each joint")
@@ -233,7 +235,7 @@ def _sets(arm: Arm, k: Any, failures: Any) -> tuple[tuple[tuple[int, ...], ...],
         raise InputError("failures", _door.describe(failures), 'sets of joints, such as ["j1", ("j2", "j4")]')
     found: dict[tuple[int, ...], None] = {}
     for one in failures:
-        joints: list[Any] = [one] if isinstance(one, str | int | np.integer) else list(one)
+        joints: list[Any] = list(one) if isinstance(one, Iterable) and not isinstance(one, str) else [one]
         found[tuple(sorted({arm.joint_index(joint) for joint in joints}))] = None
     sets = sorted(found, key=lambda joints: (len(joints), joints))
     if not sets or not sets[0] or len(sets) > MOST_SETS:
