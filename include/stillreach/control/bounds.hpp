@@ -29,7 +29,8 @@ STILLREACH_INLINE double approach_rate(double room, double period, double accele
 // Whether a position limit `room` away is too far to matter to a rate of at most `rate` towards it: from there the
 // joint could brake at leisure. Then approach_rate() is above the rate; this is cheaper.
 STILLREACH_INLINE bool out_of_mind(double room, double rate, double period, double acceleration) {
-  return rate >= 0.0 && rate * rate <= 2.0 * acceleration * madd(-rate, period, 0.999 * room);
+  const double enough = 2.0 * acceleration * madd(-rate, period, 0.999 * room);
+  return rate >= 0.0 && enough > 1e-290 && rate * rate <= enough;  // smaller numbers have lost digits
 }
 
 // A limit that was changed while the loop runs: where the joint is too fast for it, it brakes as hard as its
