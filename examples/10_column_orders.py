@@ -2,10 +2,8 @@
 
 The columns of an arm's Jacobian at one configuration can be put in any order, each the axis of a joint. All these arms
 have the same singular values there and lose the same with each joint: here as little as 7 joints allow, every relative
-manipulability 1/sqrt(7). Farther away they differ (Xie and Maciejewski, 2017; Bader and Maciejewski, 2020). For each
-order: the positions, with the attitude of that configuration, that are reached with all joints within 45 deg, and after
-each joint locked at either end or in the middle of that range.
-
+manipulability 1/sqrt(7). Farther away they differ (Xie and Maciejewski, 2017; Bader and Maciejewski, 2020): counted are
+positions, with that attitude, reached within 45 deg, and with each joint locked at either end or in the middle of that.
 python examples/10_column_orders.py [FOLDER] [NUMBER OF ORDERS]
 """
 
@@ -14,8 +12,8 @@ import sys
 import time
 from pathlib import Path
 
-import matplotlib
 import numpy as np
+from matplotlib import pyplot as plt
 
 import stillreach as sr
 
@@ -43,12 +41,16 @@ def best_jacobian(seed=4):
     return J
 
 
+def poses_at(positions):
+    poses = np.tile(np.eye(4), (len(positions), 1, 1))
+    poses[:, :3, 3] = positions
+    return poses
+
+
 def arm_of(J):
     """The arm with these columns at zero, its tool at the origin; a joint turns about a line along w, through w x v."""
     v, w = J[:3].T, J[3:].T
-    places = np.vstack([np.zeros(3), np.cross(w, v), np.zeros(3)])
-    moves = np.tile(np.eye(4), (8, 1, 1))
-    moves[:, :3, 3] = np.diff(places, axis=0)
+    moves = poses_at(np.diff(np.vstack([np.zeros(3), np.cross(w, v), np.zeros(3)]), axis=0))
     return sr.Arm([sr.Joint(placement=T, axis=axis) for T, axis in zip(moves, w, strict=False)], tool=moves[7])
 
 
@@ -56,15 +58,12 @@ def grid(step, axes=3):
     """Poses with the attitude of zero, `step` apart in the ball, or in its slice z = 0."""
     ticks = step * np.arange(-round(RADIUS / step), round(RADIUS / step) + 1)
     at = np.stack(np.meshgrid(ticks, ticks, ticks if axes == 3 else [0.0], indexing="ij"), axis=-1).reshape(-1, 3)
-    at = at[np.linalg.norm(at, axis=1) <= RADIUS]
-    poses = np.tile(np.eye(4), (len(at), 1, 1))
-    poses[:, :3, 3] = at
-    return poses
+    return poses_at(at[np.linalg.norm(at, axis=1) <= RADIUS])
 
 
 def workspace(order, poses, angles, starts):
-    arm = arm_of(J[:, list(order)])
-    return sr.tolerance.workspace(arm, poses, np.tile([-LIMIT, LIMIT], (7, 1)), angles=angles, starts=starts)
+    limits = np.tile([-LIMIT, LIMIT], (7, 1))
+    return sr.tolerance.workspace(arm_of(J[:, order]), poses, limits, angles=angles, starts=starts)
 
 
 J = best_jacobian()
@@ -73,40 +72,28 @@ assert np.abs(local - 1 / np.sqrt(7)).max() < 1e-9
 print(f"every relative manipulability {local[0]:.4f}, condition number {np.linalg.cond(J):.3f}")
 
 # An arm and the one of the reverse order are each other's inverse motion: the same workspace, mirrored at the origin.
-orders = [order for order in itertools.permutations(range(7)) if order[0] < order[-1]]
-if len(sys.argv) > 2:
-    orders = orders[:: max(1, len(orders) // int(sys.argv[2]))]
-began = time.perf_counter()
-poses, shares = grid(COARSE), np.empty(len(orders))
-for k, order in enumerate(orders):
-    shares[k] = workspace(order, poses, angles=3, starts=30).share
-taken = time.perf_counter() - began
-rank = np.argsort(shares)
-mirrored = workspace(orders[rank[-1]][::-1], poses, angles=3, starts=30).share
-assert abs(mirrored - shares[rank[-1]]) < 0.03
+orders = [list(order) for order in itertools.permutations(range(7)) if order[0] < order[-1]]
+orders = orders[:: max(1, len(orders) // int(sys.argv[2]))] if len(sys.argv) > 2 else orders
+poses, began = grid(COARSE), time.perf_counter()
+shares = np.array([workspace(order, poses, angles=3, starts=30).share for order in orders])
+taken, rank = time.perf_counter() - began, np.argsort(shares)
 print(f"{2 * len(orders)} orders in {taken:.0f} s, {len(poses)} positions {COARSE} m apart in a ball of {RADIUS} m:")
-print(
-    f"tolerant {shares.min():.0%} to {shares.max():.0%}, median {np.median(shares):.0%}; the best five and the worst:"
-)
+print(f"tolerant {shares.min():.0%} to {shares.max():.0%}, median {np.median(shares):.0%}; the best and the worst:")
 for k in (*rank[:-6:-1], rank[0]):
     print(f"  columns {' '.join(str(i + 1) for i in orders[k])}: {shares[k]:.1%}")
-
-matplotlib.use("agg")
-from matplotlib import pyplot as plt  # noqa: E402
 
 figure, axes = plt.subplots(1, 4, figsize=(16, 4.6), layout="constrained")
 axes[0].hist(100 * shares, bins=np.arange(0, 101, 4), color="#1b4f8a", weights=np.full(len(shares), 2))
 axes[0].set(xlabel="positions that stay reachable [%]", ylabel="arms", title=f"{2 * len(orders)} orders of 7 columns")
 names = ("not reached", "reached until a joint locks", "reached whichever joint locks")
-chosen = {"best": rank[-1], "median": rank[len(rank) // 2], "worst": rank[0]}
-for place, (word, k) in zip(axes[1:], chosen.items(), strict=True):
+for place, word, k in zip(axes[1:], ("best", "median", "worst"), rank[[-1, len(rank) // 2, 0]], strict=True):
     found = workspace(orders[k], grid(FINE, axes=2), angles=5, starts=200)
     code = np.where(found.tolerant, 2, np.where(found.before, 1, 0))
     for value, colour in enumerate(("#dfe3e8", "#f0963c", "#1b4f8a")):
-        at = found.poses[code == value, :3, 3]
-        place.scatter(at[:, 0], at[:, 1], s=17, marker="s", c=colour, linewidths=0, label=names[value])
-    place.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
-    place.set_title(f"{word}: {' '.join(str(i + 1) for i in orders[k])}, slice z = 0")
+        x, y, _ = found.poses[code == value, :3, 3].T
+        place.scatter(x, y, s=17, marker="s", c=colour, linewidths=0, label=names[value])
+    title = f"{word}: {' '.join(str(i + 1) for i in orders[k])}, slice z = 0"
+    place.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", title=title)
 figure.legend(*axes[2].get_legend_handles_labels(), loc="outside lower center", ncols=3)
 figure.savefig(out / "column-orders.png", dpi=110)
 print(f"open {out / 'column-orders.png'}")

@@ -88,7 +88,7 @@ def test_the_keys_of_inspect_are_those_of_the_page(desk: Path) -> None:
 def test_the_keys_of_reach_are_those_of_the_page(desk: Path) -> None:
     section = PAGE.partition("`reach`:")[2].partition("`survey`:")[0]
     found = json.loads(shell("stillreach reach planar4 --json --samples 5", desk).out)
-    assert {*found, *found["joints"][0]} == set(re.findall(r"`(\w+)`", section))
+    assert {*found, *found["joints"][0]} == set(re.findall(r"`(\w+)`", section)) - {"lost_lines"}  # of a file
 
 
 def test_the_keys_of_survey_are_those_of_the_page(desk: Path) -> None:

@@ -1,5 +1,6 @@
 """The numbered scripts run as they stand, and are short."""
 
+import os
 import runpy
 import sys
 import time
@@ -19,6 +20,8 @@ def test_there_are_scripts_and_they_are_numbered():
 def test_a_script_runs_and_has_less_than_a_hundred_lines(script, tmp_path, monkeypatch, capsys):
     text = script.read_text()
     assert len(text.splitlines()) < 100
+    if "permutations" in text and not os.environ.get("STILLREACH_FULL"):
+        pytest.skip("computes 2,520 workspaces, half an hour: with STILLREACH_FULL=1")
     if "import viser" in text:
         pytest.importorskip("viser", reason="viser is not installed (it wants an older rich than the newest)")
     monkeypatch.chdir(tmp_path)

@@ -20,7 +20,7 @@ enum Closing : std::int8_t { CLOSING_RATE = 1, CLOSING_POSITION = 2 };
 enum class NullMotionKind : int { STILLREACH_NULL_MOTION_KIND(STILLREACH_MEMBER) };
 
 // Whether a null motion climbs a function of the posture that has saddles, and no bound near singularities.
-constexpr bool climbing(NullMotionKind kind) {
+STILLREACH_INLINE bool climbing(NullMotionKind kind) {
   return kind == NullMotionKind::MANIPULABILITY || kind == NullMotionKind::TOLERANCE ||
          kind == NullMotionKind::GUARANTEED_SPEED;
 }
@@ -30,7 +30,7 @@ constexpr int kMostFailures = 8;         // of one set, of TOLERANCE
 constexpr double kMostChoices = 5000.0;  // sets, or facets, that a tick looks at
 
 // How many sets of so many things there are of n.
-constexpr double choices(int n, int size) {
+STILLREACH_INLINE double choices(int n, int size) {
   double count = 1.0;
   for (int i = 0; i < size; ++i) count = count * (n - i) / (i + 1);
   return count;

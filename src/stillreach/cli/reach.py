@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillreach._files import new_file
 from stillreach.cli._complete import complete_robot
 from stillreach.errors import InputError
 
@@ -175,6 +174,8 @@ def _write(path: Path, left: ReachLeft, lines: list[int] | None) -> None:
     """A table of which pose is reached by the whole arm, and without each joint."""
     import csv
     import io
+
+    from stillreach._files import new_file
 
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
