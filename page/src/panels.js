@@ -75,11 +75,11 @@ export function control(viewer) {
 }
 
 // A setup of one law with the null motion of another setup, and a share of the rate limits. The end of a setup is: the
-// null motion's kind, gain, largest rate and n numbers, n flags of rotary joints, and 5 n limits (setup.hpp).
+// null motion's kind, gain, largest rate, failures and n numbers, n flags of rotary joints, and 5 n limits (setup.hpp).
 export function setup(task, law, nullMotion, share) {
-  const n = task.arm.joints.length, end = 3 + 7 * n;
+  const n = task.arm.joints.length, end = 4 + 7 * n;
   const all = Float64Array.from(task.laws[law].setup), other = task.nullMotions[nullMotion].setup;
-  all.set(other.subarray(other.length - end, other.length - end + 3 + n), all.length - end);
+  all.set(other.subarray(other.length - end, other.length - end + 4 + n), all.length - end);
   for (let i = 0; i < 2 * n; ++i) all[all.length - 5 * n + i] *= share;
   return all;
 }

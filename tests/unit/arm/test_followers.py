@@ -146,7 +146,7 @@ def test_a_long_chain_of_followers_is_read_soon(count):
     )
     before = time.process_time()
     arm = sr.Arm.from_urdf(text, base="root", tip="tip")
-    assert time.process_time() - before < 2.0
+    assert time.process_time() - before < 8.0
     assert arm.joint_names == ("lead",)
     assert [(f.multiplier, f.offset) for f in arm.followers[:1]] == [(-1.0, 0.25)] if not beside else [(1.0, 0.0)]
     # position of j_k: lead after an even number of turns round, 0.25 - lead after an odd one
@@ -160,7 +160,7 @@ def test_a_long_chain_of_couplings_in_an_mjcf_file_is_read_soon():
     before = time.process_time()
     with pytest.raises(sr.errors.RobotFileError, match="no joint that moves"):
         sr.Arm.from_mjcf(text, tip="b1499")
-    assert time.process_time() - before < 2.0
+    assert time.process_time() - before < 8.0
 
 
 def test_joints_coupled_in_an_mjcf_file_follow_each_other():
