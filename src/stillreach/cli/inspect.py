@@ -6,27 +6,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillreach.cli._complete import complete_robot
+from stillreach.cli._chain import BaseOption, FixedOption, RobotArgument, TipOption
 
 if TYPE_CHECKING:
     from stillreach.arm.losses import Losses
 
 
 def inspect(
-    robot: Annotated[
-        str,
-        typer.Argument(
-            metavar="ROBOT",
-            help="A URDF or MJCF file, - for standard input, or a built-in arm.",
-            autocompletion=complete_robot,
-        ),
-    ],
-    tip: Annotated[str | None, typer.Option(help="Link (URDF), body or site (MJCF) that carries the tool.")] = None,
-    base: Annotated[str | None, typer.Option(help="Link or body that the chain starts from.")] = None,
-    fixed: Annotated[
-        list[str] | None,
-        typer.Option(metavar="JOINT=VALUE", help="Hold a joint of the chain, and leave it out of the arm."),
-    ] = None,
+    robot: RobotArgument,
+    tip: TipOption = None,
+    base: BaseOption = None,
+    fixed: FixedOption = None,
     q: Annotated[
         str | None,
         typer.Option(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillreach.cli._complete import complete_robot
+from stillreach.cli._chain import BaseOption, FixedOption, RobotArgument, TipOption
 from stillreach.errors import InputError
 
 if TYPE_CHECKING:
@@ -16,24 +16,14 @@ if TYPE_CHECKING:
 
 
 def reach(
-    robot: Annotated[
-        str,
-        typer.Argument(
-            metavar="ROBOT",
-            help="A URDF or MJCF file, - for standard input, or a built-in arm.",
-            autocompletion=complete_robot,
-        ),
-    ],
+    robot: RobotArgument,
     poses: Annotated[
         Path | None,
         typer.Argument(metavar="[POSES]", help="A CSV file of the poses that the arm is for; by default random ones."),
     ] = None,
-    tip: Annotated[str | None, typer.Option(help="Link (URDF), body or site (MJCF) that carries the tool.")] = None,
-    base: Annotated[str | None, typer.Option(help="Link or body that the chain starts from.")] = None,
-    fixed: Annotated[
-        list[str] | None,
-        typer.Option(metavar="JOINT=VALUE", help="Hold a joint of the chain, and leave it out of the arm."),
-    ] = None,
+    tip: TipOption = None,
+    base: BaseOption = None,
+    fixed: FixedOption = None,
     q: Annotated[
         str | None,
         typer.Option(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillreach.cli._complete import complete_robot
+from stillreach.cli._chain import BaseOption, FixedOption, RobotArgument, TipOption
 
 if TYPE_CHECKING:
     from stillreach.tolerance import Survey
@@ -18,20 +18,10 @@ FOLDER, PICTURE, SUMMARY = "survey.zarr", "survey.png", "survey.json"
 
 
 def survey(
-    robot: Annotated[
-        str,
-        typer.Argument(
-            metavar="ROBOT",
-            help="A URDF or MJCF file, - for standard input, or a built-in arm.",
-            autocompletion=complete_robot,
-        ),
-    ],
-    tip: Annotated[str | None, typer.Option(help="Link (URDF), body or site (MJCF) that carries the tool.")] = None,
-    base: Annotated[str | None, typer.Option(help="Link or body that the chain starts from.")] = None,
-    fixed: Annotated[
-        list[str] | None,
-        typer.Option(metavar="JOINT=VALUE", help="Hold a joint of the chain, and leave it out of the arm."),
-    ] = None,
+    robot: RobotArgument,
+    tip: TipOption = None,
+    base: BaseOption = None,
+    fixed: FixedOption = None,
     samples: Annotated[
         int | None, typer.Option(min=1, help="Number of random configurations within the limits; 100,000 by default.")
     ] = None,
