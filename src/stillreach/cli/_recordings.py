@@ -33,8 +33,6 @@ RobotOption = Annotated[
         "--robot", metavar="ROBOT", help="Of the recording: URDF or MJCF file or name.", autocompletion=complete_robot
     ),
 ]
-TipOption = Annotated[str | None, typer.Option("--tip", help="Link, body or site that carries the robot's tool.")]
-BaseOption = Annotated[str | None, typer.Option("--base", help="Link or body that the robot's chain starts from.")]
 AngleOption = Annotated[
     str | None, typer.Option("--angle", metavar="UNIT", help="rad or deg: of a table that does not say its unit.")
 ]

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stillreach.cli._chain import BaseOption, TipOption
 from stillreach.cli._complete import complete_law, complete_laws
 from stillreach.cli._recordings import (
     AngleOption,
-    BaseOption,
     EpisodeOption,
     PeriodOption,
-    TipOption,
     TopicOption,
 )
 

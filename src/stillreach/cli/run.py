@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from stillreach.cli._chain import BaseOption, TipOption
 from stillreach.cli._complete import complete_law, complete_scenario
 from stillreach.cli._recordings import (
     AngleOption,
-    BaseOption,
     EpisodeOption,
     PeriodOption,
     RecordingOption,
     RobotOption,
-    TipOption,
     TopicOption,
 )
 

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stillreach.cli._chain import BaseOption, TipOption
 from stillreach.cli._complete import complete_law, complete_view
 from stillreach.cli._recordings import (
     AngleOption,
-    BaseOption,
     EpisodeOption,
     PeriodOption,
     RobotOption,
-    TipOption,
     TopicOption,
 )
 
