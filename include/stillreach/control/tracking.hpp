@@ -15,6 +15,8 @@ constexpr double kRigid =
 
 STILLREACH_BEGIN
 
+constexpr double kSmallTurn = 4e-3;  // of 4 sin^2 of an angle: up to here (1.8 deg) a short series is exact
+
 // E = R'R - 1 (9 numbers), R by columns. Returns the sum of its entries' sizes: 0 for a rotation.
 inline double off_rotation(const double* R, double* E) {
   double off = 0.0;
@@ -70,6 +72,15 @@ inline void rotation_error(const double* target, const double* R, double* vector
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
       E[i][j] = madd(target[i], R[j], madd(target[3 + i], R[3 + j], target[6 + i] * R[6 + j]));
+  const double turn[3] = {E[2][1] - E[1][2], E[0][2] - E[2][0], E[1][0] - E[0][1]};  // 2 sin(angle) axis
+  const double s4 = madd(turn[0], turn[0], madd(turn[1], turn[1], turn[2] * turn[2]));
+  if (s4 < kSmallTurn && E[0][0] + E[1][1] + E[2][2] > 1.0) {
+    const double s2 = 0.25 * s4;  // angle / sin(angle), by the series of the arcsine
+    const double series =
+        madd(s2, madd(s2, madd(s2, madd(s2, 35.0 / 1152.0, 5.0 / 112.0), 3.0 / 40.0), 1.0 / 6.0), 1.0);
+    for (int i = 0; i < 3; ++i) vector[i] = 0.5 * series * turn[i];
+    return;
+  }
   // quaternion by its largest component (Shepperd, 1978), so that no angle loses digits
   const double trace = E[0][0] + E[1][1] + E[2][2];
   double w, v[3];

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from enum import IntEnum
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from stillreach._door import FloatArray
 from stillreach.batch import solve_batch
@@ -48,18 +49,34 @@ WORDS = {
 """In tables; ``docs/rehearsal.md`` explains them."""
 
 
-def cause_of(scenario: Scenario, record: Mapping[str, np.ndarray], since: int, tick: int) -> tuple[Cause, int]:
-    """Why the tool left its tolerance at a tick, from the ticks since the controller knew of the failure.
+class Missed(NamedTuple):
+    """The tick since the controller knew of a failure that left most of its command undone."""
 
-    Returns:
-        The cause, and the index of the joint whose limit it is, or -1.
-    """
-    at = since + int(np.argmax(record["task_error"][since : tick + 1]))
-    lower, upper, active = record["lower"][at], record["upper"][at], record["active"][at]
-    reason, health, fixed = np.abs(active), record["known"][at], lower == upper
+    q: FloatArray
+    command: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    active: npt.NDArray[np.int8]
+    health: npt.NDArray[np.int8]
+
+
+def missed(record: Mapping[str, np.ndarray], since: int, tick: int) -> Missed:
+    """That tick of a record, where the tool left its tolerance at ``tick``: a copy."""
+    at = since + int(record["task_error"][since : tick + 1].argmax())
+    return Missed(*(record[name][at].copy() for name in SEEN))
+
+
+SEEN = ("measured", "command", "lower", "upper", "active", "known")
+"""What Missed keeps of a record."""
+
+
+def causes_of(scenario: Scenario, ticks: Sequence[Missed]) -> list[tuple[Cause, int]]:
+    """Why the tool left its tolerance in some cases: each with the index of the joint whose limit it is, or -1."""
+    q, command, lower, upper, active, health = (np.array(values) for values in zip(*ticks, strict=True))
+    reason, fixed = np.abs(active), lower == upper
     hurt = reason == Reason.FAULT
     causes = {
-        Cause.DIRECTION: np.zeros(len(lower), dtype=bool),
+        Cause.DIRECTION: np.zeros(lower.shape, dtype=bool),
         Cause.RANGE: hurt & (health == Health.CONFINED),
         Cause.ONE_WAY: hurt & (health == Health.ONE_WAY),
         Cause.POSITION: reason == Reason.POSITION,
@@ -68,27 +85,36 @@ def cause_of(scenario: Scenario, record: Mapping[str, np.ndarray], since: int, t
     still = np.zeros_like(lower)
     low = np.where(fixed | (kept & (active < 0)), lower, -np.inf)
     high = np.where(fixed | (kept & (active > 0)), upper, np.inf)
-    wanted, undone, *rest = _left(scenario, record, at, np.vstack([still, lower, low]), np.vstack([still, upper, high]))
-    least = MISSED * float(np.linalg.norm(wanted)) + NOTHING
-    impossible = dict(zip(causes, np.linalg.norm(rest, axis=1) > least, strict=True))
-    if impossible[Cause.DIRECTION]:
-        return Cause.DIRECTION, -1
-    if np.linalg.norm(undone) <= least:
-        return Cause.LAW, -1
-    for cause, bounds in causes.items():
-        if bounds.any() and impossible[cause]:
-            return cause, int(np.argmax(bounds))
-    if (health == Health.RUNAWAY).any():
-        return Cause.RUNAWAY, int(np.argmax(health == Health.RUNAWAY))
-    if undone @ wanted - undone @ undone <= HARDLY * (undone @ wanted):
-        return Cause.DIRECTION, -1
+    bounds = np.concatenate([[still, lower], low]), np.concatenate([[still, upper], high])
+    wanted, undone, *rest = _left(scenario, q, command, *bounds)
+    least = MISSED * np.linalg.norm(wanted, axis=1) + NOTHING
+    impossible = dict(zip(causes, np.linalg.norm(rest, axis=2) > least, strict=True))
     slow = (reason == Reason.RATE) | (reason == Reason.ACCELERATION) | (hurt & (health == Health.DERATED))
-    return Cause.SPEED, int(np.argmax(slow)) if slow.any() else -1
+    runs = health == Health.RUNAWAY
+
+    def cause(k: int) -> tuple[Cause, int]:
+        if impossible[Cause.DIRECTION][k]:
+            return Cause.DIRECTION, -1
+        if np.linalg.norm(undone[k]) <= least[k]:
+            return Cause.LAW, -1
+        for cause, at_bounds in causes.items():
+            if at_bounds[k].any() and impossible[cause][k]:
+                return cause, int(np.argmax(at_bounds[k]))
+        if runs[k].any():
+            return Cause.RUNAWAY, int(np.argmax(runs[k]))
+        along = undone[k] @ wanted[k]
+        if along - undone[k] @ undone[k] <= HARDLY * along:
+            return Cause.DIRECTION, -1
+        return Cause.SPEED, int(np.argmax(slow[k])) if slow[k].any() else -1
+
+    return [cause(k) for k in range(len(ticks))]
 
 
-def _left(scenario: Scenario, record: Mapping[str, Any], at: int, lower: FloatArray, upper: FloatArray) -> FloatArray:
-    """(K, m) what the best rates inside some bounds (K, n) leave of the command of a tick."""
+def _left(scenario: Scenario, q: FloatArray, command: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
+    """(B, K, m) what the best rates inside some bounds (B, K, n) leave of K commands."""
     law = LeastError(price=None, weights=scenario.law.weights if scenario.law else None)
-    q, twist = (np.tile(record[name][at], (len(lower), 1)) for name in ("measured", "command"))
-    found = solve_batch(scenario.arm, law, q, twist, (lower, upper), task=scenario.task, want="residual", threads=1)
-    return np.asarray(found.residual)
+    count, n = len(lower), lower.shape[-1]
+    every = np.tile(q, (count, 1)), np.tile(command, (count, 1))
+    bounds = lower.reshape(-1, n), upper.reshape(-1, n)
+    found = solve_batch(scenario.arm, law, *every, bounds, task=scenario.task, want="residual", threads=1)
+    return np.asarray(found.residual).reshape(count, len(q), -1)

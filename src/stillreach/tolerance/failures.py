@@ -46,11 +46,11 @@ def _runaway(sign: float) -> Made:
 
 
 KINDS: dict[str, tuple[Made, str]] = {
-    "locked": (lambda scenario, joint, at: Locked(), "stands still"),
-    "derated": (lambda scenario, joint, at: Derated(SLOWED), "at 30 % of its speed"),
+    "locked": (partial(_given, Locked()), "stands still"),
+    "derated": (partial(_given, Derated(SLOWED)), "at 30 % of its speed"),
     "confined": (_confined, "5 deg or 50 mm to either side of where it stands"),
-    "one-way+": (lambda scenario, joint, at: OneWay(1.0), "forwards only"),
-    "one-way-": (lambda scenario, joint, at: OneWay(-1.0), "backwards only"),
+    "one-way+": (partial(_given, OneWay(1.0)), "forwards only"),
+    "one-way-": (partial(_given, OneWay(-1.0)), "backwards only"),
     "runaway+": (_runaway(1.0), "runs at 10 % of its limit, forwards"),
     "runaway-": (_runaway(-1.0), "runs at 10 % of its limit, backwards"),
 }

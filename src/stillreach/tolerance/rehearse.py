@@ -35,7 +35,7 @@ from stillreach.simulation.progress import Progress
 from stillreach.simulation.record import empty_record
 from stillreach.simulation.schedule import Change, break_joints, fault_changes, tell
 from stillreach.simulation.summary import allowed_errors
-from stillreach.tolerance.cause import Cause, cause_of
+from stillreach.tolerance.cause import Cause, Missed, causes_of, missed
 from stillreach.tolerance.failures import Failures
 from stillreach.tolerance.rehearsal import Rehearsal
 
@@ -152,6 +152,7 @@ class _Course:
 
     def __init__(self, scenario: Scenario, known_after: float) -> None:
         self.scenario, self.ticks, self.n = scenario, scenario.steps + 1, scenario.arm.n
+        self.last = self.ticks - 1
         self.parts = parts_of(scenario)
         self.stages = 2 if scenario.integrator == "rk4" else 1
         self.target = np.concatenate([part.targets for part in self.parts])
@@ -223,7 +224,7 @@ class _Worker:
             if plant:
                 break_joints(plant, changes.get(a, ()))
             part = next(part for part in course.parts if part.first <= a < part.end)
-            last = a == course.scenario.steps
+            last = a == course.last
             given = course.frames[part.first]
             from_, to = course.stages * (a - part.first), course.stages * (b - part.first)
             rows = slice(from_, to + (course.stages == 2 and not last))
@@ -264,11 +265,18 @@ def _run(course: _Course, cases: Failures, found: Rehearsal, threads: int, progr
         if not hasattr(own, "worker"):
             own.worker = _Worker(course)
         count = 0
+        lost: dict[tuple[int, int, int], Missed] = {}
         for kind, which in np.ndindex(*cases.shape[:2]):
             if stop.is_set():
                 break
-            _case(own.worker, cases, found, moments[place], (kind, which, place))
+            tick = _case(own.worker, cases, found, moments[place], (kind, which, place))
+            if tick:
+                lost[kind, which, place] = tick
             count += 1
+        if lost:
+            causes = causes_of(found.scenario, list(lost.values()))
+            for case, (cause, joint) in zip(lost, causes, strict=True):
+                found.cause[case], found.limited_by[case] = cause, joint
         return count
 
     total, done = int(np.prod(cases.shape)), 0
@@ -294,8 +302,12 @@ def _case(
     found: Rehearsal,
     moment: _Moment,
     place: tuple[int, int, int],
-) -> None:
-    """One case, from its onset to the end; what became of it goes into the rehearsal."""
+) -> Missed | None:
+    """One case, from its onset to the end; what became of it goes into the rehearsal.
+
+    Returns:
+        Where its cause is still to be found, the tick that tells it.
+    """
     course, first, informed = worker.course, int(cases.ticks[place[2]]), moment.informed
     scenario = course.scenario
     if scenario.faults:
@@ -307,26 +319,28 @@ def _case(
     plant = moment.plant.copy() if moment.plant else None
     worker.go(first, course.ticks, moment.q.copy(), plant, changes, known)
     off = course.distances(worker.record["pose"][first:], first)
-    informed = min(informed, course.ticks - 1)
+    informed = min(informed, course.last)
     distance, angle = off
     farthest = int(distance.argmax())
-    found.worst_distance[place], found.worst_angle[place] = distance[farthest], angle[angle.argmax()]
+    worst = distance[farthest], angle[angle.argmax()]
+    found.worst_distance[place], found.worst_angle[place] = worst
     found.worst_time[place] = (first + farthest) * scenario.period
     found.final_distance[place], found.final_angle[place] = off[:, -1]
     found.delay_distance[place], found.delay_angle[place] = off[:, informed - first]
-    beyond = np.flatnonzero((distance > found.limits[0]) | (angle > found.limits[1]))
+    tick = course.ticks
+    if not (worst[0] <= found.limits[0] and worst[1] <= found.limits[1]):
+        tick = first + int(np.argmax(~((distance <= found.limits[0]) & (angle <= found.limits[1]))))
     if not course.keeps_bounds:
-        tick, joint = _outside(worker.record, first)
-        if joint >= 0 and not (len(beyond) and first + beyond[0] <= tick):
-            found.failed_time[place] = tick * scenario.period
+        outside, joint = _outside(worker.record, first)
+        if 0 <= outside < tick:
+            found.failed_time[place] = outside * scenario.period
             found.cause[place], found.limited_by[place] = Cause.LIMITS, joint
-            return
-    if not len(beyond):
+            return None
+    if tick == course.ticks:
         found.cause[place] = Cause.SURVIVES
-        return
-    tick = first + int(beyond[0])
+        return None
     found.failed_time[place] = tick * scenario.period
-    if tick < informed:
-        found.cause[place] = Cause.DELAY
-    else:
-        found.cause[place], found.limited_by[place] = cause_of(scenario, worker.record, informed, tick)
+    if tick >= informed:
+        return missed(worker.record, informed, tick)
+    found.cause[place] = Cause.DELAY
+    return None
