@@ -85,40 +85,7 @@ inline bool classify(Box& b, const Workspace& w, double slack) {
   return changed;
 }
 
-// How far along `way` the dual rises from the present multiplier, where its slope is `rise`: from piece to piece,
-// b.state holding the one that is reached. A'u is in b.target, A'way comes into b.work.
-template <int M>
-inline double scan_pieces(Rows<M> m, const double* way, double rise, Box& b) {
-  double *speed = b.work, curvature = 0.0, at = 0.0;
-  for (int i = 0; i < b.k; ++i) {
-    speed[i] = dot(m, b.columns + i * kStride, way);
-    if (b.state[i] == 0) curvature = madd(speed[i], speed[i], curvature);
-  }
-  for (int event = 0; event < 2 * b.k; ++event) {
-    int next = -1;
-    double nearest = 1.0;
-    for (int i = 0; i < b.k; ++i) {
-      const int side = speed[i] > 0.0 ? 1 : -1;
-      if (b.state[i] == side || speed[i] == 0.0) continue;
-      const double bound = (side > 0) == (b.state[i] == 0) ? b.upper[i] : b.lower[i];
-      const double there = larger((bound - b.target[i]) / speed[i], at);
-      if (there < nearest) {
-        nearest = there;
-        next = i;
-      }
-    }
-    const double fall = curvature * (nearest - at);
-    if (next < 0 || fall >= rise) return curvature > 0.0 ? smaller(at + rise / curvature, 1.0) : 1.0;
-    rise -= fall;
-    at = nearest;
-    const bool leaves = b.state[next] == 0;
-    curvature = larger(madd(leaves ? -speed[next] : speed[next], speed[next], curvature), 0.0);
-    b.state[next] = static_cast<std::int8_t>(leaves ? (speed[next] > 0.0 ? 1 : -1) : 0);
-  }
-  return at;
-}
-
-// The same under a weight, by its slope alone.
+// Along `way` under a weight to where the dual is greatest, by its slope alone.
 template <int M>
 inline void bracket_top(Rows<M> m, const double* rhs, const double* from, const double* way, double rise, double fall,
                         Box& b, Workspace& w, Priced& d) {
@@ -163,7 +130,13 @@ inline Climb climb(Rows<M> m, const double* rhs, const double* next, bool carefu
   for (int r = 0; r < kStride; ++r) d.u[r] = from[r];
   rates_of_multiplier(m, rhs, d.u, b, w, d);
   if (nowhere) return Climb::NOWHERE;
-  const double part = scan_pieces(m, way, start, b);
+  double* const speed = b.work;
+  multiply_columns(b.columns, b.k, way, speed);
+  const double part = top_of_segment(b.k, b.target, speed, b.lower, b.upper, start, true);
+  for (int i = 0; i < b.k; ++i) {
+    const double was = b.state[i], there = madd(part, speed[i], b.target[i]);
+    b.state[i] = static_cast<std::int8_t>(side_of(was, there, b.lower[i], b.upper[i], 0.0));
+  }
   for (int r = 0; r < m(); ++r) d.u[r] = madd(part, way[r], from[r]);
   rates_of_multiplier(m, rhs, d.u, b, w, d);
   return Climb::PARTLY;

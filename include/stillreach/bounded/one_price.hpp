@@ -116,40 +116,6 @@ struct OnePrice {
     STILLREACH_UNROLL for (int r = 0; r < M; ++r) next[r] = select(full, next[r] * factor, next[r]);
   }
 
-  // How far along `way` the dual rises, where its slope is `rise`: from piece to piece, v.side holding the one that is
-  // reached.
-  STILLREACH_INLINE T scan_pieces(const T* way, T rise, Where open) {
-    v.multiply(way, v.speed);
-    const T zero = fill<T>(0.0), one = fill<T>(1.0);
-    T curvature = zero, from = zero, part = one;
-    for (int i = 0; i < v.k; ++i)
-      curvature = select(v.side[i] == zero, madd(v.speed[i], v.speed[i], curvature), curvature);
-    for (int event = 0; event < 2 * v.k && any(open); ++event) {
-      T nearest = one, which = fill<T>(-1.0);
-      for (int i = 0; i < v.k; ++i) {
-        const T side = v.side[i], ahead = select(v.speed[i] > zero, one, -one);
-        const T bound = select(select(side == zero, ahead, side) > zero, v.upper[i], v.lower[i]);
-        const T there = larger((bound - v.target[i]) / v.speed[i], from);
-        const Where nearer = (side != ahead) & (v.speed[i] != zero) & (there < nearest);
-        nearest = select(nearer, there, nearest);
-        which = select(nearer, fill<T>(i), which);
-      }
-      const T fall = curvature * (nearest - from), rest = larger(from, smaller(from + rise / curvature, one));
-      const Where ends = open & ((which < zero) | (fall >= rise));
-      part = select(ends, select(curvature > zero, rest, one), part);
-      open = except(open, ends);
-      rise -= fall;
-      from = nearest;
-      for (int i = 0; i < v.k; ++i) {
-        const Where here = open & (which == fill<T>(i)), leaves = v.side[i] == zero;
-        const T speed = v.speed[i], grown = larger(madd(select(leaves, -speed, speed), speed, curvature), zero);
-        curvature = select(here, grown, curvature);
-        v.side[i] = select(here, select(leaves, select(speed > zero, one, -one), zero), v.side[i]);
-      }
-    }
-    return select(open, from, part);
-  }
-
   // From u towards `next`: all the way in the lanes that are returned, else to where the dual is greatest between them.
   // Lanes in which rounding is all that is left to gain leave `live`.
   STILLREACH_INLINE Where climb(Where& live, T* next) {
@@ -166,7 +132,12 @@ struct OnePrice {
       const Where partly = except(live, top) & (start > least);
       live = top | partly;
       if (any(partly)) {
-        const T part = scan_pieces(way, start, partly);
+        v.multiply(way, v.speed);
+        const T part = top_of_segment(v.k, v.target, v.speed, v.lower, v.upper, start, partly);
+        for (int i = 0; i < v.k; ++i) {
+          const T there = madd(part, v.speed[i], v.target[i]);
+          v.side[i] = select(partly, side_of(v.side[i], there, v.lower[i], v.upper[i], fill<T>(0.0)), v.side[i]);
+        }
         STILLREACH_UNROLL for (int r = 0; r < M; ++r) next[r] = select(partly, madd(part, way[r], u[r]), next[r]);
         rates_of(next, v.next, left);
       }

@@ -9,6 +9,9 @@
 
 STILLREACH_BEGIN
 
+constexpr int kTopSteps = 50;     // most points that are tried along a segment
+constexpr double kLevel = 1e-10;  // part of the slope at its start that counts as none
+
 struct Priced {
   int parts;
   const std::int8_t* part;   // of each row
@@ -78,6 +81,38 @@ STILLREACH_INLINE T side_of(T was, T target, T lower, T upper, T slack) {
   const T off = select(was > zero, -over, select(was < zero, -under, larger(over, under)));
   const T now = select(over > zero, fill<T>(1.0), select(under > zero, fill<T>(-1.0), zero));
   return select(off > slack, now, was);
+}
+
+// How far along a segment, 0 to 1, the dual rises, where A'u goes from `target` at `speed` and the slope is `rise` at
+// first and negative at the end. It falls, in straight pieces: Newton's method in a bracket, which a step that leaves
+// it divides, by orders of magnitude at first. open: the lanes that are asked.
+template <class T, class Where>
+STILLREACH_INLINE T top_of_segment(int k, const T* target, const T* speed, const T* lower, const T* upper, T rise,
+                                   Where open) {
+  const T zero = fill<T>(0.0);
+  T low = zero, high = fill<T>(1.0), at = zero, slope = rise, curvature = zero;
+  for (int i = 0; i < k; ++i) {
+    const Where free = (target[i] < upper[i]) & (target[i] > lower[i]);
+    curvature = select(free, madd(speed[i], speed[i], curvature), curvature);
+  }
+  for (int step = 0; step < kTopSteps; ++step) {
+    const T newton = at + slope / curvature, far = high * fill<T>(step < 4 ? 0.25 : 1e-8);
+    const T between = select(high > 16.0 * low, square_root(low) * square_root(high), 0.5 * (low + high));
+    const T other = select(low > zero, between, far);
+    at = select(open, select((newton > low) & (newton < high), newton, other), at);
+    slope = rise;
+    curvature = zero;
+    for (int i = 0; i < k; ++i) {
+      const T there = madd(at, speed[i], target[i]), z = larger(smaller(there, upper[i]), lower[i]);
+      slope = madd(-speed[i], z - larger(smaller(target[i], upper[i]), lower[i]), slope);
+      curvature = select(z == there, madd(speed[i], speed[i], curvature), curvature);
+    }
+    open = except(open, (magnitude(slope) <= kLevel * rise));
+    if (!any(open)) break;
+    low = select(slope > zero, at, low);
+    high = select(slope > zero, high, at);
+  }
+  return at;
 }
 
 // v with the rows of part g alone.

@@ -8,8 +8,8 @@
 
 STILLREACH_BEGIN
 
-constexpr int kPriceSteps = 60;     // most pieces
-constexpr int kPatience = 20;       // of which without singular values,
+constexpr int kPriceSteps = 24;     // most pieces
+constexpr int kPatience = 12;       // of which without singular values,
 constexpr double kConfirmed = 4.0;  // a gap of so many times what is enough is not rounding
 constexpr int kUndisturbed = 8;     // and before the best answer so far may do
 constexpr double kLoose = 0.02;     // relative error of |u_g| on a piece that may not be the last

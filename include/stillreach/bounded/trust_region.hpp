@@ -8,6 +8,7 @@
 STILLREACH_BEGIN
 
 constexpr int kRegionSteps = 40;
+constexpr int kMostLost = 3;  // singular matrices on a piece, before singular values are asked
 
 // A_F A_F' + diag kappa by its Gram matrix.
 template <int M>
@@ -136,14 +137,19 @@ inline bool damped_multiplier(Rows<M> m, GramPiece<M>& piece, Priced& d, double*
 }
 
 // One part: to the maximum `next` of the piece, |next| right up to `tolerance`. Leaves kappa, and the piece factored
-// with it. Returns the number of factorisations.
+// with it, or d.excess infinite where the matrix is singular at the kappa that is wanted. Returns the number of
+// factorisations.
 template <int M>
 inline int trust_region(Rows<M> m, GramPiece<M>& piece, Priced& d, double tolerance, double* next) {
   double size[kParts], step[kParts], alone[kParts], above = 0.0, below = infinity();
   bool active[kParts];
-  for (int count = 1;; ++count) {
-    damped_multiplier(m, piece, d, next, size, active);
+  for (int count = 1, lost = 0;; ++count) {
+    const bool regular = damped_multiplier(m, piece, d, next, size, active);
     if (d.excess <= tolerance || count == kRegionSteps) return count;
+    if (!regular && ++lost > kMostLost) {
+      d.excess = infinity();
+      return count;
+    }
     const double old = d.kappa[0];
     (size[0] > d.most[0] ? above : below) = old;
     newton_step(m, piece, d, active, size, next, step, alone);

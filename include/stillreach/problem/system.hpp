@@ -24,6 +24,8 @@ STILLREACH_INLINE double power_of_two_near(double a) {
   return STILLREACH_LIBRARY(ldexp)(1.0, e - 1);
 }
 
+constexpr double kNothing = 1e-290;  // a twist of less is none: bounds in its units would overflow
+
 // 1 where `a` may be squared and summed, else the power of two to divide by.
 STILLREACH_INLINE double scaling_unit(double a) {
   return a == 0.0 || (a > 1e-60 && a < 1e60) ? 1.0 : power_of_two_near(a);
@@ -189,7 +191,8 @@ inline System assemble(Rows<M> m, const Problem& p, const double* rates, const s
   apply_rows(m, p.metric.rows, raw, s.rhs);
   double size = 0.0, nearby = 0.0;
   for (int r = 0; r < m(); ++r) size += magnitude(s.rhs[r]);
-  for (int r = m(); r < kStride; ++r) s.rhs[r] = 0.0;
+  for (int r = size < kNothing ? 0 : m(); r < kStride; ++r) s.rhs[r] = 0.0;
+  if (size < kNothing) size = 0.0;
   if (p.reference)
     for (int j = 0; j < k; ++j) nearby += magnitude(p.reference[w.joint[j]]);
   if (size > 0.0 && size < 1e-60)  // a bound that leaves no rest moves the right-hand side, too

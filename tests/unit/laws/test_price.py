@@ -225,3 +225,19 @@ def test_a_twist_that_needs_a_joint_just_at_its_bound_settles(name):
     out = answer(sr.LeastError(), case)
     assert judged(case, [(WHOLE, 80.0)], out, 80.0).optimal
     np.testing.assert_allclose(out.rates, rates, atol=1e-9)
+
+
+def test_a_twist_too_small_to_scale_is_none():
+    J = np.random.default_rng(5).normal(size=(6, 7))
+    for size in (5e-324, 1e-310, 1e-295):
+        out = sr.LeastError().solve(J, size * np.ones(6), sr.Bounds.symmetric(1.0, n=7))
+        assert not out.rates.any(), size
+        assert out.status == Status.OK, size
+
+
+def test_one_joint_whose_damping_is_far_below_the_rounding_of_its_column():
+    column, twist = np.array([0.3, -0.5, 0.1, 0.0, 0.0, 1.0]), 1e-54 * np.array([7.0, 5.0, -3.0, 2.0, 1.0, -4.0])
+    out = sr.LeastError().solve(column[:, None], twist, sr.Bounds([-50.0], [0.0]))
+    assert -1e-50 <= out.rates[0] <= 0.0
+    assert out.iterations < 30
+    assert Status.ITERATION_LIMIT not in out.status
