@@ -11,6 +11,8 @@ import pytest
 import stillreach as sr
 from oracles.price import PriceCase, by_damping, by_reweighting, certificate, price_cases, typical_rate
 from stillreach import Status
+from tests.adversarial import change_faults
+from tests.conformance.attack import SEGMENT, attack
 from tests.unit.laws.priced import answer
 
 FULL = bool(os.environ.get("STILLREACH_FULL"))
@@ -235,9 +237,12 @@ def test_a_twist_too_small_to_scale_is_none():
         assert out.status == Status.OK, size
 
 
-def test_one_joint_whose_damping_is_far_below_the_rounding_of_its_column():
-    column, twist = np.array([0.3, -0.5, 0.1, 0.0, 0.0, 1.0]), 1e-54 * np.array([7.0, 5.0, -3.0, 2.0, 1.0, -4.0])
-    out = sr.LeastError().solve(column[:, None], twist, sr.Bounds([-50.0], [0.0]))
-    assert -1e-50 <= out.rates[0] <= 0.0
-    assert out.iterations < 30
-    assert Status.ITERATION_LIMIT not in out.status
+@pytest.mark.parametrize("block", [4, 117, 217, 335, 376])
+def test_no_hostile_tick_takes_many_steps(block):
+    told = attack([0, block], 250)
+    controller = told.controller(sr.LeastError())
+    for tick in range(250):
+        if tick % SEGMENT == 0:
+            change_faults(controller, told, tick)
+        if np.isfinite([*told.q[tick], *told.twist[tick]]).all():
+            assert controller.step(told.q[tick], told.twist[tick]).iterations < 100, tick
