@@ -8,8 +8,7 @@
 
 STILLREACH_BEGIN
 
-constexpr int kPriceSteps = 24;     // most pieces
-constexpr int kPatience = 12;       // of which without singular values,
+constexpr int kPriceSteps = 20;     // most pieces, beside one a joint; half of them without singular values,
 constexpr double kConfirmed = 4.0;  // a gap of so many times what is enough is not rounding
 constexpr int kUndisturbed = 8;     // and before the best answer so far may do
 constexpr double kLoose = 0.02;     // relative error of |u_g| on a piece that may not be the last
@@ -195,7 +194,8 @@ inline void search_price(Rows<M> m, const double* rhs, bool known, const double*
   d.longest = longest_column(m, b);
   rates_of_multiplier(m, rhs, d.u, b, w, d);
   classify(b, w, 0.0);
-  for (int step = 0; step < kPriceSteps; ++step) {
+  const int most = kPriceSteps + b.k;
+  for (int step = 0; step < most; ++step) {
     measure_rounding(m, b, d);
     if (step == 0 && first) {
       climb(m, rhs, first, false, b, w, d);
@@ -206,7 +206,7 @@ inline void search_price(Rows<M> m, const double* rhs, bool known, const double*
       remember(m, d, best);
       if ((best.gap <= best.enough && d.rejected != 1) || d.rejected > 3) break;
     }
-    if (careful || step > kPatience) {
+    if (careful || 2 * step > most) {
       if (careful_step(m, rhs, b, w, d)) return;
       careful = known = settled = false;
       continue;
