@@ -7,6 +7,7 @@ import numpy as np
 
 import stillreach as sr
 from stillreach import _core
+from stillreach.laws.law import row_names
 
 INF = np.inf
 BLOCK = 1000
@@ -119,14 +120,15 @@ def ask_batch(arm, law, rows, **kwargs):
     return sr.solve_batch(arm, law, rows.q, rows.twist, kwargs.pop("bounds", rows.bounds), want=want, **kwargs)
 
 
-def ask_alone(law, jacobians, twist, bounds, *, reference=None, row_kinds=None, joint_kinds=None):
+def ask_alone(law, jacobians, twist, bounds, *, reference=None, row_kinds=None, joint_kinds=None, length=None):
     """The same rows one by one, as ``law.solve`` asks the core; each answer an array of a batch's name."""
+    settings = law.core(row_names(jacobians.shape[1], row_kinds), length)
     lower, upper = (bounds.lower, bounds.upper) if isinstance(bounds, sr.Bounds) else bounds
     metric = law._metric(*jacobians.shape[1:], row_kinds, joint_kinds)
     own = lambda values, i: values if values is None or np.ndim(values) == 1 else values[i]  # noqa: E731
     jacobians, twist = np.ascontiguousarray(jacobians), np.ascontiguousarray(twist)
     answers = [
-        _core.solve(law.core(), metric, J, own(twist, i), own(lower, i), own(upper, i), own(reference, i))
+        _core.solve(settings, metric, J, own(twist, i), own(lower, i), own(upper, i), own(reference, i))
         for i, J in enumerate(jacobians)
     ]
     return as_arrays(answers, *jacobians.shape[1:])

@@ -47,6 +47,8 @@ LAWS = {
     "closed-form damping, 2-norm": _robust("closed-form", "2"),
     "least error": Contract(sr.LeastError, optimal="error"),
     "least error, price 8": Contract(partial(sr.LeastError, price=8.0), optimal="error"),
+    "least error, two prices": Contract(partial(sr.LeastError, price=(80.0, 8.0))),
+    "least error, position first": Contract(partial(sr.LeastError, price="position-first")),
     "least error, bare": Contract(partial(sr.LeastError, price=None), optimal="error", continuous=False),
     "keep direction": Contract(sr.KeepDirection, optimal="scale", continuous=False),
 }

@@ -22,6 +22,7 @@ class Scene:
         limits: (n,) of the joints' rates, where they are told to the law: an infinite bound counts as a constant, which
             does not change with the units. None: as the bounds say.
         label: arm, pose, fault, limit, twist.
+        length: typical of the arm, in the units of the rows.
     """
 
     j: np.ndarray
@@ -32,6 +33,7 @@ class Scene:
     joints: str
     label: str
     limits: np.ndarray | None = None
+    length: float = 1.0
 
     @property
     def fixed(self) -> np.ndarray:
@@ -59,6 +61,7 @@ class Scene:
     def ask(self, law, **kwargs):
         """The law's answer."""
         kwargs = {"row_kinds": self.rows, "joint_kinds": self.joints, "velocity_limits": self.limits} | kwargs
+        kwargs["length"] = self.length
         return law.solve(self.j, self.twist, self.bounds, **kwargs)
 
     def without_limits(self):

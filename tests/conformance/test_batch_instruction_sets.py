@@ -58,7 +58,7 @@ def report():
     wrong, answers, mixed = {}, {}, mixed_rows(ARM, MIXED, seed=3)
     for name, contract in LAWS.items():
         law = contract.make()
-        alone = ask_alone(law, ARM.jacobian(mixed.q), mixed.twist, mixed.bounds)
+        alone = ask_alone(law, ARM.jacobian(mixed.q), mixed.twist, mixed.bounds, length=ARM.reach)
         wrong[name] = differences(ask_batch(ARM, law, mixed), alone)[:3]
         batch = ask_batch(ARM, law, ordinary_rows(ALIKE))
         answers[name] = {key: getattr(batch, key) for key in ("rates", "status", *ANSWERS)}

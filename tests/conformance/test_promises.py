@@ -128,7 +128,7 @@ def test_inches_with_matching_weights_leave_the_rates(law, arm, broken):
         joint = np.where(np.array(list(scene.joints)) == "P", 1.0 / INCH, 1.0)
         j, twist = row[:, None] * scene.j / joint, row * scene.twist
         bounds = {"lower": joint * scene.lower, "upper": joint * scene.upper, "limits": joint * scene.counted_limits}
-        other = replace(scene, j=j, twist=twist, **bounds).ask(in_inches)
+        other = replace(scene, j=j, twist=twist, length=scene.length / INCH, **bounds).ask(in_inches)
         one = scene.ask(contract.make())
         broken.unless(same(scene, contract, one, other, joint), scene, one.task_error, other.task_error)
     broken.settle(len(asked))

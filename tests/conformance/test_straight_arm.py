@@ -34,7 +34,7 @@ def test_what_the_straight_arm_lost_is_told(law, failed):
     lost = null_space_of_rows(J)
     assert lost.shape == (6, 3)
     assert np.allclose(J, paper_arm(q)[2], atol=1e-14)
-    answer = LAWS[law].make().solve(J, INWARD, sr.Bounds.symmetric(LIMIT, n=11).lock(failed))
+    answer = LAWS[law].make().solve(J, INWARD, sr.Bounds.symmetric(LIMIT, n=11).lock(failed), length=1.0)
     told = answer.lost_directions()
     assert told.shape == (6, 3)
     assert np.allclose(told.T @ told, np.eye(3), atol=1e-12)

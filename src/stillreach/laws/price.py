@@ -108,7 +108,7 @@ def parts(price: Price, rows: Sequence[str], reach: float | None, weights: Weigh
         own = [row for row, of in zip(rows, numbers, strict=True) if of == number]
         value = float(by_rows[keys[number]])
         prices.append(value * _per_reach(reach, weights) if all(row[0] == "v" for row in own) else value)
-    _check_coupling(weights, numbers)
+    _check_coupling(weights, rows, numbers)
     settings: dict[str, Any] = {"part": [used.index(number) for number in numbers], "price": prices}
     if isinstance(price, str) and keys.index("orientation") in used and len(used) > 1:
         settings |= {"capped": used.index(keys.index("orientation")), "ceiling": CEILING, "beyond": BEYOND}
@@ -157,10 +157,15 @@ def _per_reach(reach: float | None, weights: Weights) -> float:
     return weights.length / (length * weights.angle)
 
 
-def _check_coupling(weights: Weights, numbers: Sequence[int]) -> None:
+def _check_coupling(weights: Weights, rows: Sequence[str], numbers: Sequence[int]) -> None:
     """Raises InputError for weights between rows of different parts, which have no separate errors."""
     full = weights.task
-    if full is None or full.ndim == 1 or len(full) != len(numbers):
+    if full is None or full.ndim == 1:
+        return
+    if set(rows) <= set(ROWS) and len(full) == len(ROWS):
+        kept = [ROWS.index(row) for row in rows]
+        full = full[np.ix_(kept, kept)]
+    if len(full) != len(rows):  # refused where it is used
         return
     apart = np.not_equal.outer(np.asarray(numbers), np.asarray(numbers))
     if np.any(full[apart] != 0.0):
