@@ -233,7 +233,7 @@ def inverse(
         task=task,
         poses=targets,
         tolerance=float(tolerance),
-        held=room.held(arm),
+        held=() if room is fixed.room else room.held(arm),
         q=answers["q"].reshape((*shape, *last, arm.n)),
         residual=answers["residual"].reshape((*shape, *last)),
         found=answers["found"].reshape(shape),
@@ -316,8 +316,11 @@ class _Fixed:
 
     def too_far(self, targets: FloatArray) -> npt.NDArray[np.bool_]:
         """(N,) whether the position of a pose is farther from the first joint than the stretched arm is long."""
-        way = (targets[:, :3, 3] - self.first)[:, self.linear]
-        return np.asarray(np.einsum("ij,ij->i", way, way) > self.length**2)
+        if self.length == math.inf:
+            return np.zeros(len(targets), dtype=bool)
+        way = targets[:, self.linear, 3] - self.first[self.linear]
+        way *= way
+        return np.asarray(way.sum(axis=1) > self.length**2)
 
 
 @lru_cache(maxsize=32)

@@ -407,6 +407,7 @@ template <int M>
 inline void solve_left(const Batch& b, std::ptrdiff_t* left, int count, BatchMemory& w) {
   for (int at = 0; at < count; at += kLanes) {
     const int here = count - at < kLanes ? count - at : kLanes;
+    if (here == 1) return solve_alone(b, left[at], w);
     std::ptrdiff_t row[kLanes];
     for (int l = 0; l < kLanes; ++l) row[l] = left[at + (l < here ? l : 0)];
     const int answered = lane_pass<M>(b, row, (1 << here) - 1, true, w);
@@ -421,6 +422,10 @@ inline void solve_lane_rows(const Batch& b, std::ptrdiff_t first, std::ptrdiff_t
   int count = 0;
   for (std::ptrdiff_t at = first; at < last; at += kLanes) {
     const int here = last - at < kLanes ? static_cast<int>(last - at) : kLanes;
+    if (here == 1) {  // sooner than in lanes that are empty
+      solve_alone(b, at, w);
+      break;
+    }
     std::ptrdiff_t row[kLanes];
     for (int l = 0; l < kLanes; ++l) row[l] = at + (l < here ? l : 0);
     const int answered = lane_pass<M>(b, row, (1 << here) - 1, false, w);
