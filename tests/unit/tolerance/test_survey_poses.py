@@ -57,14 +57,15 @@ def test_poses_of_which_none_is_reached(tmp_path):
     pytest.importorskip("matplotlib").use("agg")
     poses = np.tile(np.eye(4), (3, 1, 1))
     poses[:, 0, 3] = 9.0
-    found = sr.tolerance.survey(PANDA, tmp_path / "x", poses=poses, k=1, metrics=(*ALL, "positions"), starts=2)
+    arm = sr.arms.planar(3)  # whose plane lies between the middles of the cells: no position is reached, too
+    found = sr.tolerance.survey(arm, tmp_path / "x", poses=poses, k=1, metrics=(*ALL, "positions"), starts=2)
     assert found.verdict == "None of the 3 poses is reached."
     assert (found.configurations, found.complete) == (0, True)
     assert found.unreached.tolist() == [0, 1, 2]
     json.dumps(found.facts(), allow_nan=False)
     for figure in (found.plot(), found.plot("slice"), found.plot("cloud")):
         assert figure.axes
-    assert str(found).count("-") > 7
+    assert str(found).count("-") > 3
 
 
 def test_given_configurations_are_surveyed_as_they_are(whole, tmp_path):
@@ -113,8 +114,8 @@ def test_the_command_takes_poses_of_a_file(tmp_path):
     other = np.array([[0.0, 1, 0, 0.5], [1, 0, 0, 0.1], [0, 0, -1, 0.3], [0, 0, 0, 1]])
     q = opened(tmp_path / "out" / "panda" / "survey.zarr")["q"][:2]
     np.testing.assert_allclose(PANDA.forward(q), [turned, other], atol=1e-5)
-    (tmp_path / "places.csv").write_text("x,y,z\n0.4,0,0.4\n", encoding="utf-8")
-    places = ["survey", "panda", "--poses", "places.csv", "-k", "1", "--out", "places", "--metric", "positions"]
+    (tmp_path / "places.csv").write_text("x,y,z\n0.4,0,0\n", encoding="utf-8")
+    places = ["survey", "planar3", "--poses", "places.csv", "-k", "1", "--out", "places", "--metric", "positions"]
     done = json.loads(run_command(*places, "--starts", "3", "--json", folder=tmp_path).out)
     pictures = ["survey.zarr", "survey.json", "survey.png", "survey-slice.png", "survey-cloud.png"]
     assert [Path(file).name for file in done["files"]] == pictures[: len(done["files"])]
