@@ -23,6 +23,7 @@ from stillreach.show.positions import (
     kept,
     levels,
     plane_of,
+    seen,
     used,
 )
 from stillreach.tolerance.account import percent
@@ -183,7 +184,8 @@ def _number(value: float, title: str) -> str:
 
 def _slice(found: Survey) -> Slice:
     """The plane with all joints, and after each loss."""
-    cells, part = found.region.slice, used(found, "slice")
+    own_cells = seen(found, "slice")
+    cells, part = own_cells.cells, used(own_cells)
     joints: list[int | None] = [None, *by_cost(found, "slice")[: MOST_PANELS - 1]]
     rows, columns = part[0].stop - part[0].start, part[1].stop - part[1].start
     across = (WIDTH - 44.0 - GAP * (PANELS - 1)) / PANELS
@@ -193,7 +195,7 @@ def _slice(found: Survey) -> Slice:
     each = up + 46.0
     panels, shown = [], set[int]()
     for place, joint in enumerate(joints):
-        codes = levels(found, "slice", joint)[part]
+        codes = levels(own_cells, joint)[part]
         shown |= set(np.unique(codes).tolist())
         shapes = [(_fill(level), outline(codes, level)) for level in range(len(LEVELS)) if np.any(codes == level)]
         title = (

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import textwrap
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -32,32 +33,71 @@ LEVELS = (
 MOST_PANELS = 12
 SIDE = 4
 """Panels beside each other."""
+LEAST_CELLS, HOLES = 4, 0.1
+"""Cells along an axis are not fewer; the share of cells without a try that a picture may have."""
 WORST = 3
 """Losses whose clouds are drawn."""
 
 Codes = npt.NDArray[np.int8]
 
 
-def levels(found: Survey, name: str, joint: int | None) -> Codes:
-    """The level of each cell: after the loss of a joint, or with all.
+class Seen(NamedTuple):
+    """The counts of a slice or cloud as they are drawn.
+
+    Args:
+        cells: perhaps larger ones than the survey's.
+        before: whether all joints reach a cell.
+        tried: how often joints were locked to reach it again.
+        after: (n, ...) how often it was reached without each joint.
+    """
+
+    cells: Cells
+    before: npt.NDArray[np.bool_]
+    tried: npt.NDArray[np.int64]
+    after: npt.NDArray[np.int64]
+
+
+def seen(found: Survey, name: str) -> Seen:
+    """The counts by cell; with fewer configurations than cells, of larger cells, so that few are without a try.
 
     Args:
         found: a survey with positions.
         name: "slice" or "cloud".
-        joint: by index; None: all joints work.
     """
+    cells = found.region.slice if name == "slice" else found.region.cloud
+    assert cells is not None
     before = found.total(f"{name}_before") > 0
-    code = np.where(before, ALWAYS, OUTSIDE).astype(np.int8)
+    tried, after = (found.total(f"{name}_{part}").astype(np.int64) for part in ("tried", "after"))
+    while cells.count % 2 == 0 and cells.count > LEAST_CELLS and tried.any():
+        if np.count_nonzero(before & (tried == 0)) <= HOLES * np.count_nonzero(before):
+            break
+        cells = replace(cells, count=cells.count // 2)
+        before, tried, after = _blocks(before, cells) > 0, _blocks(tried, cells), _blocks(after, cells)
+    return Seen(cells, before, tried, after)
+
+
+def _blocks(counts: npt.NDArray[Any], cells: Cells) -> npt.NDArray[np.int64]:
+    """Sums over blocks of two cells along each of the last axes."""
+    axes = len(cells.axes)
+    lead = counts.shape[: counts.ndim - axes]
+    split = counts.reshape(*lead, *[size for _ in range(axes) for size in (cells.count, 2)])
+    summed: npt.NDArray[np.int64] = split.sum(axis=tuple(len(lead) + 2 * axis + 1 for axis in range(axes)))
+    return summed
+
+
+def levels(of: Seen, joint: int | None) -> Codes:
+    """The level of each cell: after the loss of a joint, by index, or with all."""
+    code = np.where(of.before, ALWAYS, OUTSIDE).astype(np.int8)
     if joint is None:
         return code
-    tried, after = found.total(f"{name}_tried"), found.total(f"{name}_after")[joint]
-    code[before & (tried == 0)] = UNTRIED
+    tried, after = of.tried, of.after[joint]
+    code[of.before & (tried == 0)] = UNTRIED
     for level, own in (
         (LOST, after == 0),
         (SELDOM, (after > 0) & (2 * after < tried)),
         (OFTEN, (2 * after >= tried) & (after < tried)),
     ):
-        code[before & (tried > 0) & own] = level
+        code[of.before & (tried > 0) & own] = level
     return code
 
 
@@ -87,13 +127,12 @@ def plane_of(cells: Cells) -> str:
     return "-".join("xyz"[axis] for axis in cells.axes)
 
 
-def used(found: Survey, name: str) -> tuple[slice, ...]:
+def used(of: Seen) -> tuple[slice, ...]:
     """The part of the arrays that holds all cells which all joints reach, with a margin of one."""
-    before = found.total(f"{name}_before") > 0
-    if not before.any():
-        return tuple(slice(0, size) for size in before.shape)
-    places = np.argwhere(before)
-    low, high = np.maximum(places.min(axis=0) - 1, 0), np.minimum(places.max(axis=0) + 2, before.shape)
+    if not of.before.any():
+        return tuple(slice(0, size) for size in of.before.shape)
+    places = np.argwhere(of.before)
+    low, high = np.maximum(places.min(axis=0) - 1, 0), np.minimum(places.max(axis=0) + 2, of.before.shape)
     return tuple(slice(int(a), int(b)) for a, b in zip(low, high, strict=True))
 
 
@@ -104,13 +143,14 @@ def slice_figure(found: Survey) -> Figure:
         InputError: if the survey has no positions.
         MissingExtraError: if matplotlib is not installed.
     """
-    cells = found.region.slice
+    own = seen(found, "slice")
+    cells = own.cells
     matplotlib_or_error(PURPOSE)
     from matplotlib.colors import ListedColormap
 
     joints: list[int | None] = [None, *by_cost(found, "slice")[: MOST_PANELS - 1]]
     across, up = cells.axes
-    part = used(found, "slice")
+    part = used(own)
     rows, columns = -(-len(joints) // SIDE), min(len(joints), SIDE)
     colours = ListedColormap([colour for colour, _ in LEVELS])
     with styled(PURPOSE):
@@ -128,8 +168,10 @@ def slice_figure(found: Survey) -> Figure:
         )  # fmt: skip
         for place, joint in enumerate(joints):
             axes = figure.add_subplot(rows, columns, place + 1)
-            codes = levels(found, "slice", joint)[part]
-            edges = [cells.edges(axis)[own.start : own.stop + 1] for axis, own in zip((up, across), part, strict=True)]
+            codes = levels(own, joint)[part]
+            edges = [
+                cells.edges(axis)[span.start : span.stop + 1] for axis, span in zip((up, across), part, strict=True)
+            ]
             axes.pcolormesh(edges[1], edges[0], codes, cmap=colours, vmin=-0.5, vmax=len(LEVELS) - 0.5, rasterized=True)
             axes.plot(cells.centre[across], cells.centre[up], "^", color="black", ms=5, mec="white", mew=0.6)
             axes.set(aspect="equal")
@@ -138,7 +180,7 @@ def slice_figure(found: Survey) -> Figure:
             last = place + columns >= len(joints)
             axes.set_xlabel(f"{'xyz'[across]} [m]") if last else axes.tick_params(labelbottom=False)
             axes.set_ylabel(f"{'xyz'[up]} [m]") if place % columns == 0 else axes.tick_params(labelleft=False)
-        _legend(figure, [levels(found, "slice", joint)[part] for joint in joints], columns, first_joint=True)
+        _legend(figure, [levels(own, joint)[part] for joint in joints], columns, first_joint=True)
     return figure
 
 
@@ -174,14 +216,14 @@ def cloud_figure(found: Survey) -> Figure:
         InputError: if the survey has no positions in space.
         MissingExtraError: if matplotlib is not installed.
     """
-    cells = found.region.cloud
-    if cells is None:
+    if found.region.cloud is None:
         raise InputError(
             "task", f"rows {', '.join(found.task.row_names)}", "the position in all three axes, for a cloud"
         )
     matplotlib_or_error(PURPOSE)
     joints: list[int | None] = [None, *by_cost(found, "cloud")[:WORST]]
-    points = cells.points()
+    own = seen(found, "cloud")
+    points = own.cells.points()
     with styled(PURPOSE):
         text = textwrap.wrap(f"{in_picture(found.arm.name)}: {finding(found, 'cloud', 'in space')}", 95)
         height = 9.75 + 0.2 * len(text)
@@ -193,10 +235,14 @@ def cloud_figure(found: Survey) -> Figure:
         for place, joint in enumerate(joints):
             left, low = 0.02 + 0.49 * (place % 2), (4.35 if place < 2 else 0.0) + 0.75
             axes: Any = figure.add_axes((left, low / height, 0.47, 4.1 / height), projection="3d")
-            codes = levels(found, "cloud", joint).reshape(-1)
+            codes = levels(own, joint).reshape(-1)
             shown.append(codes[codes != OUTSIDE])
             _cloud(
-                axes, points, codes, np.array(cells.centre), SIZES if joint is not None else dict.fromkeys(SIZES, 16)
+                axes,
+                points,
+                codes,
+                np.array(own.cells.centre),
+                SIZES if joint is not None else dict.fromkeys(SIZES, 16),
             )
             axes.set_title(_title(found, joint, "cloud"), fontsize=9.0, loc="left")
         _legend(figure, [codes for codes in shown if len(codes)] or [np.zeros(0, np.int8)], 4, first_joint=False)

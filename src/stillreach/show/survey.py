@@ -32,7 +32,7 @@ def survey_figure(found: Survey) -> Figure:
     matplotlib_or_error(PURPOSE)
     panels: list[Any] = []
     if "relative" in found.metrics:
-        panels += [lambda axes, plane=plane: _map(axes, found, plane) for plane in range(len(PLANES))]
+        panels += [lambda axes, plane=plane: _map(axes, found, plane) for plane in _planes(found)]
         panels.append(lambda axes: _ranking(axes, found, "relative", EDGES, "remaining relative manipulability"))
     if "depth" in found.metrics:
         panels.append(lambda axes: _depth(axes, found))
@@ -59,6 +59,13 @@ def survey_figure(found: Survey) -> Figure:
             axes.set_axisbelow(True)
             panel(axes)
     return figure
+
+
+def _planes(found: Survey) -> list[int]:
+    """The planes in which the tool moves along both axes; all if there is none."""
+    counts = found.total("map_count")
+    wide = [plane for plane in range(len(PLANES)) if all(np.any(counts[plane], axis=axis).sum() > 1 for axis in (0, 1))]
+    return wide or list(range(len(PLANES)))
 
 
 def _map(axes: Axes, found: Survey, plane: int) -> None:

@@ -138,18 +138,29 @@ def test_only_joints_that_fail_alone_are_tried(tmp_path):
 
 
 def test_levels_by_how_often_a_position_is_reached():
-    from stillreach.show.positions import ALWAYS, LOST, OFTEN, OUTSIDE, SELDOM, UNTRIED, levels
+    from stillreach.show.positions import ALWAYS, LOST, OFTEN, OUTSIDE, SELDOM, UNTRIED, Seen, levels
 
-    class Found:
-        def total(self, name):
-            return {
-                "slice_before": np.array([0, 1, 1, 1, 1, 1, 1]),
-                "slice_tried": np.array([0, 0, 3, 3, 2, 3, 3]),
-                "slice_after": np.array([[0, 0, 0, 1, 1, 2, 3]]),
-            }[name]
+    before = np.array([0, 1, 1, 1, 1, 1, 1]) > 0
+    own = Seen(None, before, np.array([0, 0, 3, 3, 2, 3, 3]), np.array([[0, 0, 0, 1, 1, 2, 3]]))
+    assert levels(own, 0).tolist() == [OUTSIDE, UNTRIED, LOST, SELDOM, OFTEN, OFTEN, ALWAYS]
+    assert levels(own, None).tolist() == [OUTSIDE, *[ALWAYS] * 6]
 
-    assert levels(Found(), "slice", 0).tolist() == [OUTSIDE, UNTRIED, LOST, SELDOM, OFTEN, OFTEN, ALWAYS]
-    assert levels(Found(), "slice", None).tolist() == [OUTSIDE, *[ALWAYS] * 6]
+
+def test_few_configurations_are_drawn_in_larger_cells(planar, tmp_path):
+    from stillreach.show.positions import seen
+
+    _, whole = planar
+    assert seen(whole, "slice").cells.count == 40
+    found = sr.tolerance.survey(sr.arms.planar(3), tmp_path / "x", samples=150, k=1, metrics="positions", task=PLANE)
+    own = seen(found, "slice")
+    assert own.cells.count == 10  # of the first cells each is in another block of 4 x 4
+    assert np.count_nonzero(own.before & (own.tried == 0)) <= 0.1 * own.before.sum()
+    assert own.tried.sum() == 150
+    np.testing.assert_array_equal(own.after.sum(axis=(1, 2)), found.total("slice_after").sum(axis=(1, 2)))
+    fine, side = found.total("slice_tried"), 40 // own.cells.count
+    for row, column in ((0, 0), (3, 2), (4, 4)):  # each the sum of its block
+        block = fine[row * side : (row + 1) * side, column * side : (column + 1) * side]
+        assert own.tried[row, column] == block.sum()
 
 
 def test_an_outline_holds_the_cells_of_its_level():
@@ -186,8 +197,9 @@ def test_pictures_have_a_panel_for_all_joints_and_each_loss(planar, tmp_path):
     clouds = space.plot("cloud")
     assert [axes.get_zlabel() for axes in clouds.axes] == ["z [m]"] * 4
     dots = sum(len(drawn.get_offsets()) for drawn in clouds.axes[0].collections)
-    away = space.region.cloud.points()[space.total("cloud_before").ravel() == 1]
-    assert dots == np.count_nonzero(~((away[:, 0] > 0.0) & (away[:, 1] < 0.0)))
+    blocks = space.total("cloud_before").reshape(4, 4, 4, 4, 4, 4).max(axis=(1, 3, 5))  # 30 tries: larger cells
+    _, back, right = np.nonzero(blocks)
+    assert dots == np.count_nonzero(~((right >= 2) & (back < 2)))
 
 
 @pytest.mark.parametrize(

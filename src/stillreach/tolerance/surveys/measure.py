@@ -213,8 +213,7 @@ class _Chunk:
             self.found[f"{name}_before"].reshape(-1)[reached] = 1
             if not len(reached):
                 continue
-            order = np.random.default_rng([plan.seed, 2]).permutation(len(reached))
-            chosen = reached[order[(self.first + rows) % len(reached)]]
+            chosen = cells.order(reached, plan.seed)[(self.first + rows) % len(reached)]
             poses, total = poses_at(cells.points()[chosen]), cells.count ** len(cells.axes)
             self.found[f"{name}_tried"] += np.bincount(chosen, minlength=total).reshape(cells.shape)
             for joint in plan.singles:

@@ -59,6 +59,21 @@ class Cells:
             found[:, axis] = values.ravel()
         return found
 
+    def order(self, chosen: npt.NDArray[np.int64], seed: int) -> npt.NDArray[np.int64]:
+        """Cells in a random order, of which each 4th along every axis comes first, and each 2nd before the others.
+
+        So that few tries are spread evenly.
+
+        Args:
+            chosen: flat indices of the cells.
+            seed: of the order.
+        """
+        places = np.stack(np.unravel_index(chosen, self.shape))
+        late = (places % 4 != 0).any(axis=0).astype(np.int64) + (places % 2 != 0).any(axis=0)
+        mixed = np.random.default_rng([seed, 2]).permutation(len(chosen))
+        ordered: npt.NDArray[np.int64] = chosen[mixed][np.argsort(late[mixed], kind="stable")]
+        return ordered
+
     def inside(self) -> npt.NDArray[np.int64]:
         """Flat indices of the cells within the ball around the first joint that holds all positions of the tool."""
         away = self.points() - np.array(self.centre)
