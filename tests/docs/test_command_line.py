@@ -94,11 +94,12 @@ def test_the_keys_of_reach_are_those_of_the_page(desk: Path) -> None:
 def test_the_keys_of_survey_are_those_of_the_page(desk: Path) -> None:
     pytest.importorskip("zarr", reason="needs the extra survey")
     section = PAGE.partition("`survey`:")[2].partition("`arms --json`")[0]
-    options = " ".join(f"--metric {name}" for name in ("relative", "speed", "depth", "reach"))
+    options = " ".join(f"--metric {name}" for name in ("relative", "speed", "depth", "reach", "positions"))
     found = json.loads(
         shell(f"stillreach survey planar4 --json --no-plot --samples 5 --rows vx,vy {options}", desk).out
     )
-    assert {*found, *found["worst"][0]} == set(re.findall(r"`(\w+)`", section)) - {"reach"}
+    others = {"reach", "positions", "unreached_lines"}
+    assert {*found, *found["worst"][0]} == set(re.findall(r"`(\w+)`", section)) - others
 
 
 def test_the_keys_of_arms_and_doctor_are_those_of_the_page(desk: Path) -> None:

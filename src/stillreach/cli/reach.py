@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillreach.cli._chain import BaseOption, FixedOption, RobotArgument, TipOption
+from stillreach.cli._poses import AngleOption, LengthOption, RowsOption, given_poses, ranges, rows_for
 from stillreach.errors import InputError
 
 if TYPE_CHECKING:
-    from stillreach._door import FloatArray
     from stillreach.tolerance import ReachLeft
 
 
@@ -34,20 +34,10 @@ def reach(
         ),
     ] = None,
     outside: Annotated[bool, typer.Option("--outside", help="Accept --q outside the position limits.")] = False,
-    rows: Annotated[
-        str | None,
-        typer.Option(
-            help="The task: pose, position, orientation, or components like vx,vy,wz. By default pose, or position for "
-            "a file without attitudes."
-        ),
-    ] = None,
+    rows: RowsOption = None,
     frame: Annotated[str, typer.Option(help="Axes of these rows: base or tool.")] = "base",
-    length: Annotated[
-        str | None, typer.Option(metavar="UNIT", help="m (default), cm, mm, in or ft: of a file that does not say it.")
-    ] = None,
-    angle: Annotated[
-        str | None, typer.Option(metavar="UNIT", help="rad or deg: of a file that does not say its unit.")
-    ] = None,
+    length: LengthOption = None,
+    angle: AngleOption = None,
     samples: Annotated[int | None, typer.Option(min=1, help="Number of random poses; by default 1000.")] = None,
     starts: Annotated[int, typer.Option(min=1, help="The most searches for a pose.")] = 100,
     seed: Annotated[int, typer.Option(min=0, help="Of the random poses and starts.")] = 1994,
@@ -70,40 +60,22 @@ def reach(
     from stillreach.cli._terminal import print_json
     from stillreach.tolerance import reach as reach_left
 
-    given = _given(poses, length=length, angle=angle, samples=samples)
-    task = task_of(rows or ("position" if given and not given[1] else "pose"), frame)
+    if poses is not None and samples is not None:
+        raise InputError("--samples", f"{samples} and a file of poses", "one of them")
+    given = given_poses(poses, length=length, angle=angle)
+    task = task_of(rows_for(rows, given), frame)
     arm = load_arm(robot, tip=tip, base=base, fixed=assignments("--fixed", fixed or []))
     at, source = configuration(arm, q, outside=outside)
     place = best(arm, task) if at is None else at
-    places, count = (given[0] if given else None), samples or 1000
+    places, count = (given.poses if given else None), samples or 1000
     left = reach_left(arm, place, poses=places, task=task, samples=count, starts=starts, seed=seed)
-    lines = given[2] if given else None
+    lines = given.lines if given else None
     if output is not None:
         _write(output, left, lines)
     if as_json:
         print_json(_facts(robot, left, lines))
     else:
         _print(source, left, lines)
-
-
-def _given(
-    poses: Path | None, *, length: str | None, angle: str | None, samples: int | None
-) -> tuple[FloatArray, bool, list[int]] | None:
-    """Poses of the file, whether it has attitudes, and the line of each."""
-    from stillreach._messages import one_of
-    from stillreach._units import ANGLES, LENGTHS
-    from stillreach.recordings.pose_columns import read_poses
-
-    for name, unit, units in (("--length", length, LENGTHS), ("--angle", angle, ANGLES)):
-        if unit is not None and poses is None:
-            raise InputError(name, repr(unit), "a file of poses with it")
-        if unit is not None and unit not in units:
-            raise InputError(name, repr(unit), one_of(units, unit))
-    if poses is None:
-        return None
-    if samples is not None:
-        raise InputError("--samples", f"{samples} and a file of poses", "one of them")
-    return read_poses(poses, length=length, angle=angle)
 
 
 def _print(source: str, left: ReachLeft, lines: list[int] | None) -> None:
@@ -117,23 +89,12 @@ def _print(source: str, left: ReachLeft, lines: list[int] | None) -> None:
     heads = HEAD if lines is None else (*HEAD, "lost, by line")
     made = table(*heads, right=(1, 2), wrap=(0, 3))
     for row in left.table():
-        lost = [] if lines is None else [_ranges([lines[k] for k in left.lost(row[0])])]
+        lost = [] if lines is None else [ranges([lines[k] for k in left.lost(row[0])])]
         made.add_row(*row, *lost)
     print_table(made)
     if lines is not None and reached < total:
-        out.print(f"\nnot reached by the whole arm: line {_ranges([lines[k] for k in (~left.before).nonzero()[0]])}")
+        out.print(f"\nnot reached by the whole arm: line {ranges([lines[k] for k in (~left.before).nonzero()[0]])}")
     out.print(f"\n{left.verdict}")
-
-
-def _ranges(numbers: list[int]) -> str:
-    """``2, 5-9, 12`` of rising numbers; ``-`` of none."""
-    runs: list[list[int]] = []
-    for number in numbers:
-        if runs and number == runs[-1][-1] + 1:
-            runs[-1][1:] = [number]
-        else:
-            runs.append([number])
-    return ", ".join("-".join(map(str, run)) for run in runs) or "-"
 
 
 def _where(source: str) -> str:

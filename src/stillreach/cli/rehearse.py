@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from stillreach.tolerance import Rehearsal
 
 PAGE, PICTURE, RECORD, SUMMARY = "rehearsal.html", "rehearsal.png", "rehearsal.nc", "rehearsal.json"
+SURVEY = "rehearsal.zarr"
 
 
 def rehearse(
@@ -78,6 +79,10 @@ def rehearse(
         str | None,
         typer.Option(metavar="LENGTH", help="Also look for a better place so far along each axis, e.g. 10cm."),
     ] = None,
+    survey: Annotated[
+        int,
+        typer.Option(min=0, metavar="N", help="Also where the arm can still go if a joint locks, at so many moments."),
+    ] = 0,
     threads: Annotated[int | None, typer.Option(min=1, help="By default one a processor.")] = None,
     require: Annotated[
         float | None, typer.Option(min=0.0, max=1.0, help="Exit with 1 if a smaller share survives, e.g. 0.9.")
@@ -143,10 +148,13 @@ def rehearse(
         better_place(found, [[sign * far * (axis == k) for k in range(3)] for sign in (1, -1) for axis in range(3)])
     folder = folder_for(out, recording or task)
     remove_older(folder / PAGE, folder / PICTURE, folder / RECORD)
+    if survey and not found.interrupted:
+        _survey(found, folder / SURVEY, {"count": survey, "k": together, "threads": threads})
     facts = {**found.facts(), **({"laws": shares} if laws else {})}
     written = [write_summary(facts, folder, SUMMARY), *_record(found, folder / RECORD)]
     written += write_page(page, folder / PAGE, lambda: found.html(source))
     written += picture(plot, folder / PICTURE, found.plot)
+    written += [found.survey.path] if found.survey is not None else []
     if as_json:
         print_json({**facts, "files": [str(path) for path in written]})
     else:
@@ -191,6 +199,23 @@ def _kind(arm: Arm, text: str) -> str | FaultKind:
     return fault_kind_of(arm, 0, text, option="--kind")
 
 
+def _survey(found: Rehearsal, folder: Path, settings: dict[str, Any]) -> None:
+    """The survey along the task; the folder of an earlier one, of another task, is replaced."""
+    import shutil
+
+    from stillreach.errors import InputError
+    from stillreach.tolerance import Survey, survey_along
+
+    try:
+        survey_along(found, folder, **settings)
+    except InputError as error:
+        if error.argument != "out":
+            raise
+        Survey.load(folder)  # raises unless it is a survey
+        shutil.rmtree(folder)
+        survey_along(found, folder, **settings)
+
+
 def _record(found: Rehearsal, path: Path) -> list[Path]:
     """The arrays as netCDF, or a note if the extra is missing."""
     from stillreach.cli._terminal import note
@@ -220,5 +245,7 @@ def _print(found: Rehearsal, shares: dict[str, float]) -> None:
         out.print(f"under {name}: {100 * share:.3g} %")
     if found.advice:
         out.print(f"\n{found.advice}")
+    if found.survey is not None:
+        out.print(f"\nWhere it can still go: {found.survey.verdict}")
     if found.interrupted:
         out.print("Interrupted: the failures that were done are counted.", style="red")

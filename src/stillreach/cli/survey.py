@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillreach.cli._chain import BaseOption, FixedOption, RobotArgument, TipOption
+from stillreach.cli._poses import AngleOption, LengthOption, RowsOption, given_poses, ranges, rows_for
 
 if TYPE_CHECKING:
     from stillreach.tolerance import Survey
 
 FOLDER, PICTURE, SUMMARY = "survey.zarr", "survey.png", "survey.json"
+SLICE, CLOUD = "survey-slice.png", "survey-cloud.png"
 
 
 def survey(
@@ -28,6 +30,14 @@ def survey(
     grid: Annotated[
         str | None, typer.Option(metavar="N[,N...]", help="Steps over the range of each joint, or of all, instead.")
     ] = None,
+    poses: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="The configurations that inverse kinematics finds for the poses of this CSV file, instead: columns x, "
+            "y, z and perhaps an attitude, as for reach.",
+        ),
+    ] = None,
     together: Annotated[
         int | None, typer.Option("--together", "-k", min=1, help="Joints that fail, at most; 2.")
     ] = None,
@@ -40,13 +50,14 @@ def survey(
         typer.Option(
             metavar="METRIC",
             help="relative (manipulability without joints), speed, depth (how many can fail), reach (poses still "
-            "reached). It can be repeated; by default the first three.",
+            "reached), positions (where the tool still goes, as a slice and a cloud). It can be repeated; by default "
+            "the first three.",
         ),
     ] = None,
-    rows: Annotated[
-        str, typer.Option(help="The task: pose, position, orientation, or components like vx,vy,wz.")
-    ] = "pose",
+    rows: RowsOption = None,
     frame: Annotated[str, typer.Option(help="Axes of these rows: base or tool.")] = "base",
+    length: LengthOption = None,
+    angle: AngleOption = None,
     starts: Annotated[int, typer.Option(min=1, help="The most searches for a pose.")] = 30,
     seed: Annotated[int, typer.Option(min=0, help="Of all random numbers.")] = 1994,
     chunk: Annotated[int | None, typer.Option(min=1, help="Configurations computed and stored together.")] = None,
@@ -69,24 +80,27 @@ def survey(
 ) -> None:
     """Survey what an arm can afford to lose, over many configurations.
 
-    Writes survey.zarr (labelled arrays, which xarray reads), .png and .json. The same command goes on where it was
-    interrupted. Without reach a core does 30,000 to 1,000,000 configurations a second.
+    Writes survey.zarr (labelled arrays, which xarray reads), .png and .json; with positions also survey-slice.png and
+    survey-cloud.png. The same command goes on where it was interrupted. Without reach and positions a core does 30,000
+    to 1,000,000 configurations a second.
     """
     from stillreach.cli._joints import assignments
-    from stillreach.cli._records import folder_for, picture, write_summary
+    from stillreach.cli._records import folder_for, picture, remove_older, write_summary
     from stillreach.cli._robots import load_arm
     from stillreach.cli._task import task_of
     from stillreach.cli._terminal import console, note, print_json
     from stillreach.tolerance import survey as surveyed
 
+    given = given_poses(poses, length=length, angle=angle)
     arm = load_arm(robot, tip=tip, base=base, fixed=assignments("--fixed", fixed or []))
     folder = folder_for(out, robot)
     wanted: dict[str, Any] = {
         "samples": samples,
         "grid": None if grid is None else _steps(grid),
+        "poses": given.poses if given else None,
         "k": together,
         "failures": [text.split(",") for text in lose] if lose else None,
-        "task": task_of(rows, frame),
+        "task": task_of(rows_for(rows, given), frame),
         "starts": starts,
         "seed": seed,
         "chunk": chunk,
@@ -103,12 +117,17 @@ def survey(
     except KeyboardInterrupt:
         note(f"stillreach: interrupted; the same command goes on with {folder / FOLDER}")
         raise
-    facts = {"robot": robot, **found.facts()}
+    lost = [given.lines[place] for place in found.unreached] if given else []
+    facts = {"robot": robot, **found.facts(), **({"unreached_lines": lost} if given else {})}
+    remove_older(*(folder / name for name in (PICTURE, SLICE, CLOUD)))
     written = [found.path, write_summary(facts, folder, SUMMARY), *picture(plot, folder / PICTURE, found.plot)]
+    if written[2:] and "positions" in found.metrics:
+        written += picture(plot, folder / SLICE, lambda: found.plot("slice"))
+        written += picture(plot, folder / CLOUD, lambda: found.plot("cloud")) if found.region.cloud else []
     if as_json:
         print_json({**facts, "files": [str(path) for path in written]})
     else:
-        _print(found)
+        _print(found, lost)
         console().print(f"\nwrote {', '.join(map(str, written))}", soft_wrap=True)
 
 
@@ -142,13 +161,16 @@ def _client(scheduler: str | None) -> Iterator[Any]:
         yield client
 
 
-def _print(found: Survey) -> None:
+def _print(found: Survey, lost: list[int]) -> None:
     from stillreach.cli._terminal import console, print_table, table
+    from stillreach.tolerance.surveys.account import counted
 
     out = console()
-    out.print(f"{found.configurations} configurations of {found.arm.name}:\n")
+    out.print(f"{counted(found)} of {found.arm.name}:\n")
     made = table(*found.head, right=tuple(range(1, len(found.head))), wrap=(0,))
     for row in found.table():
         made.add_row(*row)
     print_table(made)
     out.print(f"\n{found.verdict}")
+    if lost:
+        out.print(f"\nnot reached: line {ranges(lost)}")

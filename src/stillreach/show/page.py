@@ -18,6 +18,7 @@ from stillreach.page.pack import compressed
 from stillreach.page.task import changes_of
 from stillreach.plants import KinematicPlant
 from stillreach.show.heat import colour, columns, heading, legend
+from stillreach.show.left import left_html
 from stillreach.simulation import simulate
 from stillreach.simulation.schedule import fault_changes
 from stillreach.tolerance.cause import WORDS, Cause
@@ -63,6 +64,7 @@ def rehearsal_page(found: Rehearsal, source: str) -> str:
         rows=list(found.table()),
         pictures=list(_pictures(found, source)),
         cells=compressed(json.dumps([cell for made in maps for cell in made.cells])),
+        left="" if found.survey is None else left_html(found.survey, len(found.scenario.faults)),
         facts=_how(found, source),
         live=_live(found),
         css=(folder / "rehearsal.css").read_text(encoding="utf-8"),
@@ -264,6 +266,12 @@ def _how(found: Rehearsal, source: str) -> list[tuple[str, str]]:
     own = [f"{fault.joint} ({fault.kind.word}) at {fault.at:g} s" for fault in scenario.faults]
     kinds = [f"{kind} ({KINDS[kind][1]})" if kind in KINDS else kind for kind in found.kinds]
     healthy = _off(float(np.max(found.healthy_distance)), float(np.max(found.healthy_angle)))
+    made = found.survey
+    still = (
+        f"{made.configurations:,} moments; a pose counts as lost if none of {made.starts} searches reaches it"
+        if made
+        else ""
+    )
     rule = f"the tool stays within {_off(*found.limits)} of its target from the failure on to the end"
     return [
         ("task", f"{scenario.title}: {source}"),
@@ -276,6 +284,7 @@ def _how(found: Rehearsal, source: str) -> list[tuple[str, str]]:
         ("it knows", f"of a failure {delay}"),
         ("survived", rule),
         ("without a failure", f"up to {healthy} off"),
+        *([("where it can go", still)] if made else []),
         ("simulated", f"{found.ticks:,} ticks in {found.seconds:.3g} s, each case to the end"),
         ("program", f"stillreach {version('stillreach')}, {instruction_set()} instructions"),
     ]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillreach.show.left import depth_labels
 from stillreach.show.style import COLOURS, in_picture, matplotlib_or_error, new_figure, styled
 from stillreach.tolerance.surveys.arrays import CELLS, EDGES, PLANES, SPEED_EDGES, quantile
 
@@ -31,7 +32,7 @@ def survey_figure(found: Survey) -> Figure:
     matplotlib_or_error(PURPOSE)
     panels: list[Any] = []
     if "relative" in found.metrics:
-        panels += [lambda axes, plane=plane: _map(axes, found, plane) for plane in range(len(PLANES))]
+        panels += [lambda axes, plane=plane: _map(axes, found, plane) for plane in _planes(found)]
         panels.append(lambda axes: _ranking(axes, found, "relative", EDGES, "remaining relative manipulability"))
     if "depth" in found.metrics:
         panels.append(lambda axes: _depth(axes, found))
@@ -41,6 +42,8 @@ def survey_figure(found: Survey) -> Figure:
         )
     if "reach" in found.metrics:
         panels.append(lambda axes: _reach(axes, found))
+    if "positions" in found.metrics:
+        panels.append(lambda axes: _positions(axes, found))
     rows = -(-len(panels) // 2)
     with styled(PURPOSE):
         verdict = textwrap.wrap(f"{in_picture(found.arm.name)}: {found.verdict}", 110)
@@ -56,6 +59,13 @@ def survey_figure(found: Survey) -> Figure:
             axes.set_axisbelow(True)
             panel(axes)
     return figure
+
+
+def _planes(found: Survey) -> list[int]:
+    """The planes in which the tool moves along both axes; all if there is none."""
+    counts = found.total("map_count")
+    wide = [plane for plane in range(len(PLANES)) if all(np.any(counts[plane], axis=axis).sum() > 1 for axis in (0, 1))]
+    return wide or list(range(len(PLANES)))
 
 
 def _map(axes: Axes, found: Survey, plane: int) -> None:
@@ -97,7 +107,7 @@ def _ranking(axes: Axes, found: Survey, name: str, edges: np.ndarray, label: str
 def _depth(axes: Axes, found: Survey) -> None:
     counts = found.total("depth")
     shares = 100.0 * counts / max(int(counts.sum()), 1)
-    labels = ["already\nsingular", *map(str, range(len(counts) - 1))]
+    labels = [label.replace(" ", "\n", 1) for label in depth_labels(found)]
     bars = axes.bar(np.arange(len(counts)), shares, color=STRONG)
     axes.bar_label(bars, [f"{value:.3g} %" if value else "" for value in shares], fontsize=8.5, padding=1)
     axes.set_xticks(np.arange(len(counts)), labels)
@@ -108,15 +118,28 @@ def _depth(axes: Axes, found: Survey) -> None:
 
 def _reach(axes: Axes, found: Survey) -> None:
     """Shares of poses before and after each loss, the worst first."""
-    shares = 100.0 * found.reached
-    order = np.argsort(shares, kind="stable")[:MOST_BARS]
-    names = [in_picture(" + ".join(found.sets[place]), 22) for place in order]
     before = 100.0 * float(found.total("reach_before")) / max(found.configurations, 1)
+    _bars(axes, [" + ".join(joints) for joints in found.sets], 100.0 * found.reached, before)
+    axes.set(xlabel="poses reached [%]")
+    axes.set_title("reach before and after each loss")
+
+
+def _positions(axes: Axes, found: Survey) -> None:
+    """Shares of the positions that all joints reach, the worst loss first."""
+    left = 100.0 * found.positions
+    own = [joint for joint in found.singles if np.isfinite(left[joint])]
+    _bars(axes, [found.arm.joint_names[joint] for joint in own], left[own], 100.0)
+    axes.set(xlabel="positions reached, in any attitude [%]")
+    axes.set_title("positions before and after each loss")
+
+
+def _bars(axes: Axes, names: list[str], shares: np.ndarray, before: float) -> None:
+    """A bar for all joints and for each loss, the worst first [%]."""
+    order = np.argsort(shares, kind="stable")[:MOST_BARS]
     places = np.arange(len(order) + 1)
     values = [before, *shares[order]]
     bars = axes.barh(places, values, color=[PALE, *[STRONG] * len(order)])
     axes.bar_label(bars, [f"{value:.3g} %" for value in values], fontsize=8.5, padding=2)
-    axes.set_yticks(places, ["all joints", *names])
-    axes.set(xlabel="poses reached [%]", ylim=(len(places) - 0.5, -0.5), xlim=(0.0, 115.0))
+    axes.set_yticks(places, ["all joints", *(in_picture(names[place], 22) for place in order)])
+    axes.set(ylim=(len(places) - 0.5, -0.5), xlim=(0.0, 115.0))
     axes.grid(visible=False, axis="y")
-    axes.set_title("reach before and after each loss")

@@ -1,5 +1,6 @@
 """What an arm can afford to lose."""
 
+from stillreach.tolerance.along import survey_along
 from stillreach.tolerance.cause import Cause
 from stillreach.tolerance.postures import Posture, best_posture, better_place, better_start
 from stillreach.tolerance.reach import ReachLeft, reach
@@ -25,5 +26,6 @@ __all__ = [
     "rehearse",
     "report",
     "survey",
+    "survey_along",
     "workspace",
 ]

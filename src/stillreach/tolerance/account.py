@@ -117,6 +117,56 @@ def described(of: Rehearsal) -> str:
     )
 
 
+def facts(of: Rehearsal) -> dict[str, Any]:
+    """The main numbers, for JSON; docs/rehearsal.md explains them."""
+    lost = of.done & ~of.survives
+    return {
+        "scenario": of.scenario.title,
+        "arm": of.scenario.arm.name,
+        "law": str(of.scenario.law),
+        "verdict": of.verdict,
+        "share": of.share,
+        "failures": int(np.count_nonzero(of.done)),
+        "complete": not of.interrupted,
+        "kinds": list(of.kinds),
+        "onsets": of.onset.tolist(),
+        "known_after": of.failures.known_after,
+        "allowed": {"distance": of.limits[0], "angle": of.limits[1]},
+        "healthy": {
+            "survives": of.healthy_survives,
+            "distance": float(np.max(of.healthy_distance)),
+            "angle": float(np.max(of.healthy_angle)),
+        },
+        "joints": {
+            of.joints[which]: {
+                "share": of.share_of(which),
+                "worst_distance": of.worst_of([which])[0] if of.done[:, which].any() else None,
+                "worst_angle": of.worst_of([which])[1] if of.done[:, which].any() else None,
+                "lost": [[float(of.onset[a]), float(of.onset[b])] for a, b in of.gaps(which)],
+                "causes": {
+                    WORDS[cause]: int(np.sum(of.cause[:, which][lost[:, which]] == cause))
+                    for cause in Cause
+                    if np.any(of.cause[:, which][lost[:, which]] == cause)
+                },
+            }
+            for which in of.ranking
+        },
+        "better": None
+        if of.better is None
+        else {
+            "share": of.better.share,
+            "start": dict(zip(of.scenario.arm.joint_names, of.better.scenario.start.tolist(), strict=True)),
+            "advice": of.advice,
+        },
+        "moved": None
+        if of.moved is None
+        else {"share": of.moved.share, "shift": of.shift.tolist(), "advice": of.advice},
+        "survey": None if of.survey is None else of.survey.facts(),
+        "ticks": of.ticks,
+        "seconds": of.seconds,
+    }
+
+
 def _price(own: Scenario, other: Scenario) -> str:
     """What a start posture costs without a failure: rates, and room to the position limits."""
     rates, rooms = [], []

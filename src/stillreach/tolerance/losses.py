@@ -16,10 +16,12 @@ from stillreach.arm.dexterity import full_rates, least_speeds
 from stillreach.arm.relative import failure_sets
 from stillreach.errors import InputError
 from stillreach.task import Task
-from stillreach.tolerance.speeds import MOST_NORMALS, row_scales
+from stillreach.tolerance.speeds import row_scales
 
 MOST_SETS = 20_000
 """Sets of joints of all sizes."""
+MOST_FACETS = 200_000
+"""Of the velocities of a configuration: those of 31 joints in six rows, some 150 configurations a second."""
 
 
 class Losses(NamedTuple):
@@ -50,6 +52,11 @@ def all_sets(n: int, k: int) -> list[tuple[int, ...]]:
     if total > MOST_SETS:
         raise InputError("k", f"{k}, which makes {total} sets of {n} joints", f"at most {MOST_SETS} sets")
     return [tuple(row) for size in range(1, k + 1) for row in failure_sets(range(n), size).tolist()]
+
+
+def facets(n: int, m: int) -> int:
+    """The most facets that the velocities of n joints have in m rows, opposite ones counted once."""
+    return comb(n, m - 1)
 
 
 def relative(
@@ -86,7 +93,7 @@ def least_everywhere(
     """The speed that the tool reaches in every direction, of many configurations; as ``Report.speed``.
 
     Args:
-        arm: the arm, of at most 16 joints for six rows.
+        arm: the arm, of at most 31 joints for six rows.
         q: (N, n) [rad, m], float64 in C order.
         k: the largest number of joints that fail together, 1 to n.
         task: rows, frame and point; None: the full pose. Its weights set the units in which speeds are compared.
@@ -99,9 +106,9 @@ def least_everywhere(
         InputError: if the arm has too many joints.
     """
     own = Task() if task is None else task
-    if comb(arm.n, own.m - 1) > MOST_NORMALS:
+    if facets(arm.n, own.m) > MOST_FACETS:
         got = f"speeds of an arm with {arm.n} joints and {own.m} rows"
-        raise InputError("metrics", got, f"at most {MOST_NORMALS} sets of {own.m - 1} joints; relative has no limit")
+        raise InputError("metrics", got, f"at most {MOST_FACETS:,} sets of {own.m - 1} joints")
     scales = 1.0 / least_speeds(own.indices) if least else row_scales(own)
     chosen = np.full((len(sets or ()), k), -1, dtype=np.int32)
     for row, joints in enumerate(sets or ()):

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from stillreach.tolerance.survey import Survey
+
 LEAST_ALLOWED = 1e-12
 """[m, rad]"""
 Place = tuple[int, int, int]
@@ -57,6 +59,7 @@ class Rehearsal:
         better: the same from a better start posture, where ``better_start`` found one.
         moved: the same with the task moved by ``shift`` (3,) [m], where ``better_place`` found a better place.
         shift: (3,) [m] along the base axes; empty where none was found.
+        survey: of the configurations along the task, where ``survey_along`` made it.
     """
 
     scenario: Scenario
@@ -81,6 +84,7 @@ class Rehearsal:
     better: Rehearsal | None = None
     moved: Rehearsal | None = None
     shift: FloatArray = field(default_factory=lambda: np.zeros(0))
+    survey: Survey | None = None
 
     @classmethod
     def empty(
@@ -217,7 +221,7 @@ class Rehearsal:
         worst = np.nan_to_num(np.max(np.nan_to_num(self.worst_distance, nan=0.0), axis=(0, 2)))
         return sorted(range(len(shares)), key=lambda which: (shares[which], -worst[which]))
 
-    def _share(self, which: int) -> float:
+    def share_of(self, which: int) -> float:
         """The share of the failures of a set of joints that are survived."""
         return int(np.sum(self.survives[:, which])) / max(int(np.sum(self.done[:, which])), 1)
 
@@ -259,51 +263,7 @@ class Rehearsal:
 
     def facts(self) -> dict[str, Any]:
         """The main numbers, for JSON; docs/rehearsal.md explains them."""
-        lost = self.done & ~self.survives
-        return {
-            "scenario": self.scenario.title,
-            "arm": self.scenario.arm.name,
-            "law": str(self.scenario.law),
-            "verdict": self.verdict,
-            "share": self.share,
-            "failures": int(np.count_nonzero(self.done)),
-            "complete": not self.interrupted,
-            "kinds": list(self.kinds),
-            "onsets": self.onset.tolist(),
-            "known_after": self.failures.known_after,
-            "allowed": {"distance": self.limits[0], "angle": self.limits[1]},
-            "healthy": {
-                "survives": self.healthy_survives,
-                "distance": float(np.max(self.healthy_distance)),
-                "angle": float(np.max(self.healthy_angle)),
-            },
-            "joints": {
-                self.joints[which]: {
-                    "share": self._share(which),
-                    "worst_distance": self.worst_of([which])[0] if self.done[:, which].any() else None,
-                    "worst_angle": self.worst_of([which])[1] if self.done[:, which].any() else None,
-                    "lost": [[float(self.onset[a]), float(self.onset[b])] for a, b in self.gaps(which)],
-                    "causes": {
-                        WORDS[cause]: int(np.sum(self.cause[:, which][lost[:, which]] == cause))
-                        for cause in Cause
-                        if np.any(self.cause[:, which][lost[:, which]] == cause)
-                    },
-                }
-                for which in self.ranking
-            },
-            "better": None
-            if self.better is None
-            else {
-                "share": self.better.share,
-                "start": dict(zip(self.scenario.arm.joint_names, self.better.scenario.start.tolist(), strict=True)),
-                "advice": self.advice,
-            },
-            "moved": None
-            if self.moved is None
-            else {"share": self.moved.share, "shift": self.shift.tolist(), "advice": self.advice},
-            "ticks": self.ticks,
-            "seconds": self.seconds,
-        }
+        return account.facts(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the arrays to a netCDF file (extra ``netcdf``), with their labels.

@@ -14,15 +14,16 @@ import numpy.typing as npt
 from stillreach import _door
 from stillreach._door import FloatArray
 from stillreach._files import file_name
-from stillreach._words import aligned, joined, share
+from stillreach._words import aligned
 from stillreach.arm import Arm
-from stillreach.arm.relative import best_possible
 from stillreach.errors import InputError, MissingExtraError
 from stillreach.simulation.document import arm_of
 from stillreach.task import Task
 from stillreach.tolerance.losses import all_sets
-from stillreach.tolerance.surveys.arrays import ALL, EDGES, REDUCED, SPEED_EDGES, quantile, size_in_bytes, variables
-from stillreach.tolerance.surveys.plan import Plan, plan_of
+from stillreach.tolerance.surveys import account
+from stillreach.tolerance.surveys.arrays import EDGES, REDUCED, SPEED_EDGES, quantile
+from stillreach.tolerance.surveys.plan import plan_of
+from stillreach.tolerance.surveys.positions import Region, region_of
 from stillreach.tolerance.surveys.run import expected_build, finish
 from stillreach.tolerance.surveys.store import EXPECTED, Store, opened, zarr_or_error
 
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-HEADS = {"relative": ("remaining, median", "worst 5 %"), "speed": ("speed, median",), "reach": ("reached",)}
-"""Columns of the table by metric."""
 AT_ONCE = 64
 """Chunks that are added up at once."""
 
@@ -93,6 +92,11 @@ class Survey:
         return bool(self.done.all())
 
     @property
+    def starts(self) -> int:
+        """The most searches for a pose."""
+        return int(self._store.document["starts"])
+
+    @property
     def metrics(self) -> tuple[str, ...]:
         """Words of the metrics."""
         return tuple(self._store.document["metrics"])
@@ -122,7 +126,7 @@ class Survey:
         for first in range(0, len(self.done), AT_ONCE):
             own = places[(places >= first) & (places < first + AT_ONCE)]
             for values in array[first : first + AT_ONCE][own - first]:  # in order: sums do not depend on pieces
-                found = np.maximum(found, values) if name == "map_best" else found + values
+                found = np.maximum(found, values) if REDUCED[name].largest else found + values
         return found
 
     def _extreme(self, kind: str) -> dict[str, npt.NDArray[Any]]:
@@ -135,6 +139,13 @@ class Survey:
         sizes = np.arange(values.shape[1])
         chosen = {name: group[name][:][places][at, sizes] for name in (f"{kind}_set", f"{kind}_q")}
         return {kind: values[at, sizes], **chosen}
+
+    @cached_property
+    def task(self) -> Task:
+        """Its rows, frame and point."""
+        given = self._store.document["task"]
+        rows = given["rows"] if isinstance(given["rows"], str) else tuple(given["rows"])
+        return Task(rows=rows, frame=given["frame"], tool=given["tool"])
 
     @property
     def configurations(self) -> int:
@@ -169,6 +180,47 @@ class Survey:
         return _door.frozen(self.total("reach_after") / max(self.configurations, 1))
 
     @property
+    def unreached(self) -> npt.NDArray[np.intp]:
+        """Indices of the given poses that no start reached, of the finished chunks; they do not count."""
+        if "counts" not in self._store.group:
+            return np.zeros(0, dtype=np.intp)
+        counts = np.asarray(self._store.group["counts"][:], dtype=bool)
+        finished = np.repeat(self.done, self._store.document["chunk"])[: len(counts)]
+        return np.flatnonzero(finished & ~counts)
+
+    @cached_property
+    def region(self) -> Region:
+        """Where the survey looked for positions.
+
+        Raises:
+            InputError: if it has no positions.
+        """
+        if "positions" not in self.metrics:
+            raise InputError("metrics", ", ".join(self.metrics), "a survey with positions")
+        return region_of(self.arm, self.task)
+
+    @property
+    def positions(self) -> FloatArray:
+        """(n,) the share of the positions that all joints reach which is reached without each joint, in any attitude.
+
+        Of positions in space, or in the plane of a task in one, each with joints locked where some configuration has
+        them; NaN where none was tried, or the joint does not fail alone.
+
+        Raises:
+            InputError: if the survey has no positions.
+        """
+        name = "slice" if self.region.cloud is None else "cloud"
+        tried = int(self.total(f"{name}_tried").sum())
+        after = self.total(f"{name}_after").reshape(self.arm.n, -1).sum(axis=1) / max(tried, 1)
+        after[[joint for joint in range(self.arm.n) if not tried or joint not in self.singles]] = np.nan
+        return _door.frozen(after)
+
+    @cached_property
+    def singles(self) -> tuple[int, ...]:
+        """The joints that fail alone, by index."""
+        return tuple(self.arm.joint_index(joints[0]) for joints in self.sets if len(joints) == 1)
+
+    @property
     def ranking(self) -> tuple[int, ...]:
         """Joints, by index, that whose loss costs most first."""
         if "relative" in self.metrics:
@@ -178,6 +230,8 @@ class Survey:
         elif "reach" in self.metrics:
             by_set = dict(zip(self.sets, self.reached, strict=True))
             cost = np.array([by_set.get((name,), np.inf) for name in self.arm.joint_names])
+        elif "positions" in self.metrics:
+            cost = np.nan_to_num(self.positions, nan=np.inf)
         else:
             cost = np.zeros(self.arm.n)
         return tuple(int(joint) for joint in np.argsort(cost, kind="stable"))
@@ -201,94 +255,38 @@ class Survey:
     @property
     def verdict(self) -> str:
         """The main findings in words."""
-        count = self.configurations
-        if not count:
-            return "No configuration is done."
-        parts = []
-        if "relative" in self.metrics:
-            left, names = self.remaining(), self.arm.joint_names
-            worst, best = self.ranking[0], self.ranking[-1]
-            parts.append(
-                f"At the median of {count:,} configurations the loss of {names[worst]} costs most, "
-                f"{share(left[worst])} remaining, and that of {names[best]} least, {share(left[best])}."
-            )
-        if "depth" in self.metrics:
-            found = self.total("depth")
-            any_one = float(found[2:].sum()) / count
-            parts.append(f"In {share(any_one)} of them any one joint can fail without the loss of a direction.")
-        if "reach" in self.metrics:
-            worst_set = int(np.argmin(self.reached))
-            before = float(self.total("reach_before")) / count
-            parts.append(
-                f"Of the poses that other configurations give it reaches {share(before)} with all joints and "
-                f"{share(float(self.reached[worst_set]))} without {joined(self.sets[worst_set], 'and')}."
-            )
-        return " ".join(parts) or f"{count:,} configurations."
+        return account.verdict(self)
 
     @property
     def head(self) -> tuple[str, ...]:
         """Titles of the columns of ``table``: those of the metrics that the survey has."""
-        return ("lost", *(title for metric in self.metrics for title in HEADS.get(metric, ())))
+        return account.head(self)
 
     def table(self) -> list[tuple[str, ...]]:
         """Cells below ``head``: each joint, that whose loss costs most first."""
-        rows = []
-        by_set = dict(zip(self.sets, self.reached, strict=True)) if "reach" in self.metrics else {}
-        for joint in self.ranking:
-            name = self.arm.joint_names[joint]
-            cells = [name]
-            if "relative" in self.metrics:
-                cells += [share(float(self.remaining(part)[joint])) for part in (0.5, 0.05)]
-            if "speed" in self.metrics:
-                cells.append(f"{quantile(self.total('speed_joint')[joint], SPEED_EDGES, 0.5):.3g}")
-            if "reach" in self.metrics:
-                cells.append(share(by_set[(name,)]) if (name,) in by_set else "-")
-            rows.append(tuple(cells))
-        return rows
+        return account.table(self)
 
     def facts(self) -> dict[str, Any]:
         """The main numbers, for JSON."""
-        found: dict[str, Any] = {
-            "name": self.arm.name,
-            "configurations": self.configurations,
-            "complete": self.complete,
-            "metrics": list(self.metrics),
-            "ranking": [self.arm.joint_names[joint] for joint in self.ranking],
-            "verdict": self.verdict,
-        }
-        if "relative" in self.metrics:
-            found["singular"] = int(self.total("singular"))
-            found["remaining"] = dict(zip(self.arm.joint_names, self.remaining().tolist(), strict=True))
-            found["worst"] = [
-                {"size": size + 1, "remaining": float(left), "best_possible": self._bound(size + 1)}
-                for size, left in enumerate(self.remaining_worst())
-            ]
-        if "speed" in self.metrics:
-            found["speed"] = quantile(self.total("speed"), SPEED_EDGES, 0.5)
-        if "depth" in self.metrics:
-            labels = ["singular", *map(str, range(len(self.total("depth")) - 1))]
-            found["depth"] = dict(zip(labels, self.total("depth").tolist(), strict=True))
-        if "reach" in self.metrics:
-            found["reach_before"] = float(self.total("reach_before")) / max(self.configurations, 1)
-            found["reach_after"] = {
-                "+".join(names): part for names, part in zip(self.sets, self.reached.tolist(), strict=True)
-            }
-        return found
+        return account.facts(self)
 
-    def _bound(self, size: int) -> float:
-        rows = self._store.document["task"]["rows"]
-        m = len(Task(rows=rows if isinstance(rows, str) else tuple(rows)).indices)
-        return best_possible(self.arm.n, m, size) if m <= self.arm.n else 0.0
+    def plot(self, what: str = "overview") -> Figure:
+        """A figure.
 
-    def plot(self) -> Figure:
-        """A figure: where the arm can afford losses, its joints by rank, how many it can lose, and what it reaches.
+        Args:
+            what: "overview": where the arm can afford losses, its joints by rank, how many it can lose, what it
+                reaches; "slice": positions of a plane through the first joint that are reached before and after each
+                loss; "cloud": the same in space, for the losses that cost most.
 
         Raises:
+            InputError: if there is no such figure, or the survey has no positions for it.
             MissingExtraError: if matplotlib is not installed (extra ``plot``).
         """
+        from stillreach.show.positions import cloud_figure, slice_figure
         from stillreach.show.survey import survey_figure
 
-        return survey_figure(self)
+        figures = {"overview": survey_figure, "slice": slice_figure, "cloud": cloud_figure}
+        return figures[_door.choice("what", what, tuple(figures))](self)
 
     def __str__(self) -> str:
         return "\n".join([aligned([self.head, *self.table()]), "", self.verdict])
@@ -305,9 +303,10 @@ def survey(
     samples: int | None = None,
     grid: int | Iterable[int] | None = None,
     poses: npt.ArrayLike | None = None,
+    q: npt.ArrayLike | None = None,
     k: int | None = None,
     failures: Iterable[Any] | None = None,
-    metrics: str | Iterable[str] = ("relative", "speed", "depth"),
+    metrics: str | Iterable[str] | None = None,
     task: Task | None = None,
     seed: int = 1994,
     chunk: int | None = None,
@@ -327,13 +326,17 @@ def survey(
     Args:
         arm: the arm.
         out: the folder to write, in Zarr format.
-        samples: random configurations within the limits; 100,000 if neither grid nor poses are given.
+        samples: random configurations within the limits; 100,000 if nothing else is given.
         grid: steps over the range of each joint, or of all.
-        poses: (N, 4, 4) poses [m], whose configurations ``arm.inverse`` finds; those not reached do not count.
+        poses: (N, 4, 4) poses [m], whose configurations ``arm.inverse`` finds; those not reached are ``unreached`` and
+            do not count.
+        q: (N, n) the configurations themselves [rad, m].
         k: the largest number of joints that fail together; None: 2.
         failures: sets of joints in place of all up to k, e.g. ``["j1", ("j2", "j4")]``.
-        metrics: some of relative, speed, depth, reach. ``reach`` takes a search for each configuration and set: its
-            joints are locked where they stand, and the goals are poses of other random configurations.
+        metrics: some of relative, speed, depth, reach, positions; None: the first three, of arms with more than 31
+            joints the first. ``reach`` takes a search for each configuration and set: its joints are locked where they
+            stand, and the goals are poses of other random configurations. ``positions`` takes two for each
+            configuration and joint: one position of a plane and one in space.
         task: rows, frame and point; None: the full pose. Its weights set the units of speeds.
         seed: of all random numbers.
         chunk: configurations computed and stored together; None: 250,000, or 2,000 where each takes longer.
@@ -358,6 +361,7 @@ def survey(
         samples=samples,
         grid=grid,
         poses=poses,
+        q=q,
         k=k,
         failures=failures,
         metrics=metrics,
@@ -374,16 +378,6 @@ def survey(
     build = expected_build(bool(baseline))
     store = opened(out, plan, build, bool(resume))
     if plan.keep == "all" and not store.done.any():
-        _say_size(plan, store)
+        account.say_size(plan, store.folder)
     finish(plan, store, build, client, threads, progress)
     return Survey(store)
-
-
-def _say_size(plan: Plan, store: Store) -> None:
-    import sys
-
-    if sys.stderr is not None:
-        each = sum(1 for _ in variables(plan, ALL))
-        size = size_in_bytes(plan) / 1e6
-        print(f"stillreach: {each} arrays of every configuration, {size:,.0f} MB before compression, "
-              f"go to {store.folder}", file=sys.stderr)  # fmt: skip

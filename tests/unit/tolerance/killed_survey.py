@@ -3,6 +3,8 @@
 import sys
 from pathlib import Path
 
+import numpy as np
+
 import stillreach as sr
 
 SETTINGS = {"k": 2, "chunk": 100, "seed": 7, "metrics": ("relative", "speed", "depth"), "keep": "all"}
@@ -12,6 +14,17 @@ def survey(folder, count, **settings):
     return sr.tolerance.survey(sr.arms.nasa_modular(), folder, samples=count, **{**SETTINGS, **settings})
 
 
+def of_poses(folder, count):
+    """Of a planar arm: each tenth pose is out of reach."""
+    random = np.random.default_rng(9)
+    arm = sr.arms.planar(4)
+    poses = arm.forward(random.uniform(-2.0, 2.0, (count, 4)))
+    poses[::10, 0, 3] += 9.0
+    task = sr.Task(rows=(True, True, False, False, False, False))
+    settings = {"k": 1, "chunk": 50, "metrics": ("relative", "reach", "positions"), "starts": 5, "threads": 1}
+    return sr.tolerance.survey(arm, folder, poses=poses, task=task, **settings)
+
+
 def peak() -> float:
     """[MB] the most memory that this process has had."""
     lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
@@ -19,7 +32,9 @@ def peak() -> float:
 
 
 if __name__ == "__main__":
-    if sys.argv[3:]:
+    if sys.argv[3:] == ["poses"]:
+        of_poses(sys.argv[1], int(sys.argv[2]))
+    elif sys.argv[3:]:
         sr.tolerance.survey(sr.arms.nasa_modular(), sys.argv[1], samples=int(sys.argv[2]), metrics="relative", k=1)
         print(peak())
     else:

@@ -147,6 +147,20 @@ def test_guaranteed_speeds_are_those_of_one_configuration(n):
                 at += len(own)
 
 
+def test_an_arm_of_many_joints_is_exact_too():
+    """17 joints have 6,188 facets, each across the singular vector of five columns; a report looks at some of them."""
+    arm, q = sr.arms.snake(17), np.random.default_rng(6).uniform(-1.0, 1.0, (2, 17))
+    found = least_everywhere(arm, q, 1)
+    for row in range(2):
+        J = task_rows(arm, q[row], sr.Task()) * arm.velocity_limits
+        columns = np.array(list(combinations(range(17), 5)))
+        across = np.linalg.svd(J.T[columns] / np.linalg.norm(J, axis=0)[columns][..., None])[2][:, -1]
+        parts = np.abs(across @ J)
+        assert found.whole[row] == pytest.approx(parts.sum(axis=1).min(), rel=1e-9)
+        np.testing.assert_allclose(found.joint[row], (parts.sum(axis=1)[:, None] - parts).min(axis=0), rtol=1e-9)
+        assert sr.tolerance.report(arm, q[row], k=1).speed >= found.whole[row] * (1.0 - 1e-9)
+
+
 def test_a_lost_direction_of_the_report_is_one_here():
     """The report looks along singular directions, a survey along all: what the first finds lost is lost."""
     alike, count = 0, 30
@@ -176,7 +190,9 @@ def test_answers_do_not_depend_on_neighbours_or_threads():
 def test_too_much_is_refused():
     with pytest.raises(InputError, match="k: got 5, which makes 174436 sets of 30 joints"):
         all_sets(30, 5)
-    with pytest.raises(InputError, match="metrics: got speeds of an arm with 30 joints"):
-        least_everywhere(sr.arms.snake(30), np.zeros((1, 30)), 1)
+    with pytest.raises(
+        InputError, match="metrics: got speeds of an arm with 32 joints and 6 rows, expected at most 200"
+    ):
+        least_everywhere(sr.arms.snake(32), np.zeros((1, 32)), 1)
     with pytest.raises(InputError, match="sizes: got 8"):
         relative(sr.arms.panda(), np.zeros((1, 7)), 8)

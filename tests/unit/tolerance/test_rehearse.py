@@ -8,6 +8,7 @@ import shlex
 import sys
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -385,6 +386,8 @@ def test_options_that_are_wrong(desk, arguments, said):
 def test_the_page_opens_in_a_browser_without_errors_and_requests(desk):
     playwright = pytest.importorskip("playwright.sync_api", reason="pip install playwright")
     found = sr.tolerance.rehearse(RECORDED, kinds=["locked", "derated"], onsets=12, known_after=0.04)
+    if find_spec("zarr"):
+        sr.tolerance.survey_along(found, desk / "x.zarr", count=20)
     found.page(desk / "page.html", "--recording drive.csv --robot panda.urdf")
     errors, requests = [], []
     with playwright.sync_playwright() as library:
@@ -398,6 +401,15 @@ def test_the_page_opens_in_a_browser_without_errors_and_requests(desk):
         page.locator("rect.cell").nth(5).click()
         assert page.locator("#case-command").inner_text().startswith("stillreach run --recording drive.csv")
         assert page.locator("rect.cell").count() == 7 * 12 * 2
+        if found.survey is not None:  # the section "where it can still go", in light, dark and on a phone
+            assert page.locator("h2", has_text="Where it can still go").is_visible()
+            colours = set()
+            for scheme in ("light", "dark"):
+                page.emulate_media(color_scheme=scheme)
+                colours.add(page.evaluate("getComputedStyle(document.querySelector('.left .cells')).fill"))
+            assert len(colours) == 2
+            page.set_viewport_size({"width": 400, "height": 800})
+            assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
         browser.close()
     assert errors == []
     assert [url for url in requests if not url.startswith(("file:", "blob:", "data:"))] == []

@@ -158,22 +158,6 @@ def test_a_grid_goes_over_the_limits(tmp_path):
     assert len(np.unique(q, axis=0)) == 12
 
 
-def test_poses_are_surveyed_where_they_are_reached(tmp_path):
-    q = np.random.default_rng(1).uniform(
-        *(0.5 * PANDA.position_limits.T + 0.5 * PANDA.position_limits.mean(axis=1)), (20, 7)
-    )
-    poses = PANDA.forward(q)
-    poses[[3, 17], :3, 3] *= 10.0
-    found = sr.tolerance.survey(PANDA, tmp_path / "x", poses=poses, chunk=8, k=1, metrics="relative", keep="all")
-    data = arrays(found)
-    counts = data["counts"]
-    assert np.flatnonzero(~counts).tolist() == [3, 17]
-    assert found.configurations == 18
-    assert int(found.total("unreached")) == 2
-    np.testing.assert_allclose(PANDA.forward(data["q"][counts]), poses[counts], atol=1e-5)
-    assert np.isnan(data["every_relative"][3]).all()
-
-
 def test_the_reach_of_a_planar_arm_is_that_which_is_known(tmp_path):
     """Unit links, no limits: with a joint locked two links of known lengths are left, which reach a ring."""
     arm = sr.arms.planar(3)
@@ -207,9 +191,12 @@ def finished(folder):
     return {path.name: path.stat().st_mtime_ns for path in (folder / "done").iterdir() if path.name.isdecimal()}
 
 
-def test_a_killed_survey_goes_on_and_ends_as_one_that_ran_through(tmp_path):
-    count, folder = 1600, tmp_path / "killed"
-    command = [sys.executable, "-m", "tests.unit.tolerance.killed_survey", str(folder), str(count)]
+@pytest.mark.parametrize(
+    ("survey", "count", "word"), [(killed_survey.survey, 1600, []), (killed_survey.of_poses, 800, ["poses"])]
+)
+def test_a_killed_survey_goes_on_and_ends_as_one_that_ran_through(survey, count, word, tmp_path):
+    folder = tmp_path / "killed"
+    command = [sys.executable, "-m", "tests.unit.tolerance.killed_survey", str(folder), str(count), *word]
     process = subprocess.Popen(command, cwd=ROOT)
     while len(finished(folder)) < 3 and process.poll() is None:
         time.sleep(0.005)
@@ -218,11 +205,11 @@ def test_a_killed_survey_goes_on_and_ends_as_one_that_ran_through(tmp_path):
     before = finished(folder)
     assert 3 <= len(before) < 16
     assert not sr.tolerance.Survey.load(folder).complete
-    resumed = killed_survey.survey(folder, count)
+    resumed = survey(folder, count)
     after = finished(folder)
     assert len(after) == 16
     assert {name: after[name] for name in before} == before  # none was computed again
-    through = killed_survey.survey(tmp_path / "through", count)
+    through = survey(tmp_path / "through", count)
     assert_same(resumed, through)
     files = [
         sorted(path.relative_to(top) for path in top.rglob("*") if path.is_file()) for top in (folder, through.path)
@@ -368,7 +355,8 @@ def test_a_picture_has_a_panel_for_each_finding(tmp_path):
         ({"seed": -1}, "seed: got -1"),
         ({"threads": 0}, "threads: got 0"),
         ({"task": 3}, "task: got 3"),
-        ({"arm": sr.arms.snake(30), "k": 1}, "metrics: got speed or depth of an arm with 30 joints"),
+        ({"samples": None, "q": [[1.0]]}, "q: got .*, expected configurations"),
+        ({"q": np.zeros((2, 7))}, "q: got a value beside samples, expected one of samples, grid, poses, q"),
     ],
 )
 def test_mistakes(options, said, tmp_path):

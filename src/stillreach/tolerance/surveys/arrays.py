@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from stillreach._door import FloatArray
 from stillreach.tolerance.surveys.plan import Plan
+from stillreach.tolerance.surveys.positions import CELLS_OF_CLOUD, CELLS_OF_SLICE
 
 Arrays = dict[str, npt.NDArray[Any]]
 
@@ -31,12 +32,13 @@ class Variable(NamedTuple):
     """An array of a survey.
 
     Args:
-        metric: that has it; "" for all.
+        metric: that has it; "" for all, "cloud" for positions in space.
         dims: after the first one, which is "chunk", or "configuration" of those kept with ``keep="all"``.
         dtype: of its numbers.
         meaning: in words.
         empty: what it holds before a configuration counts.
         units: "joint" for those of each joint.
+        largest: of all chunks the largest counts, and not their sum.
     """
 
     metric: str
@@ -45,9 +47,11 @@ class Variable(NamedTuple):
     meaning: str
     empty: float = 0.0
     units: str = "1"
+    largest: bool = False
 
 
 _LEAST, _MOST = np.inf, -np.inf
+_SLICE, _CLOUD = ("slice_up", "slice_across"), ("cloud_z", "cloud_y", "cloud_x")
 REDUCED = {
     "configurations": Variable("", (), "i8", "configurations that count"),
     "unreached": Variable("", (), "i8", "poses that no start reached, which do not count"),
@@ -63,13 +67,21 @@ REDUCED = {
     "strongest_q": Variable("relative", ("size", "joint"), "f8", "that configuration", np.nan, "joint"),
     "map_count": Variable("relative", ("plane", "up", "across"), "i8", "configurations with the tool in each cell"),
     "map_sum": Variable("relative", ("plane", "up", "across"), "f8", "sum of what the worst joint leaves there"),
-    "map_best": Variable("relative", ("plane", "up", "across"), "f8", "the most that the worst joint leaves there"),
+    "map_best": Variable(
+        "relative", ("plane", "up", "across"), "f8", "the most that the worst joint leaves there", largest=True
+    ),
     "speed": Variable("speed", ("speed_bin",), "i8", "histogram of the speed in every direction, with all joints"),
     "speed_joint": Variable("speed", ("joint", "speed_bin"), "i8", "the same without each joint"),
     "speed_worst": Variable("speed", ("size", "speed_bin"), "i8", "the same without the worst set of each size"),
     "depth": Variable("depth", ("losses",), "i8", "configurations by how many joints they can lose"),
     "reach_before": Variable("reach", (), "i8", "poses reached with all joints"),
     "reach_after": Variable("reach", ("set",), "i8", "poses reached without each set of joints"),
+    "slice_before": Variable("positions", _SLICE, "i1", "1: all joints reach the middle of the cell", largest=True),
+    "slice_tried": Variable("positions", _SLICE, "i4", "how often joints were locked to reach it again"),
+    "slice_after": Variable("positions", ("joint", *_SLICE), "i4", "how often it was reached without each joint"),
+    "cloud_before": Variable("cloud", _CLOUD, "i1", "1: all joints reach the middle of the cell", largest=True),
+    "cloud_tried": Variable("cloud", _CLOUD, "i4", "how often joints were locked to reach it again"),
+    "cloud_after": Variable("cloud", ("joint", *_CLOUD), "i4", "how often it was reached without each joint"),
 }
 ALL = {
     "counts": Variable("", (), "?", "whether the configuration counts: its pose is reached"),
@@ -85,10 +97,11 @@ ALL = {
 
 
 def variables(plan: Plan, table: dict[str, Variable]) -> dict[str, Variable]:
-    """Those that a survey has."""
+    """Those that a survey has; of ALL without ``keep="all"`` only which of the given poses are reached."""
     if table is ALL and plan.keep != "all":
-        return {}
-    return {name: entry for name, entry in table.items() if entry.metric in ("", *plan.metrics)}
+        return {"counts": ALL["counts"]} if plan.kind == "poses" else {}
+    space = ["cloud"] if plan.region is not None and plan.region.cloud is not None else []
+    return {name: entry for name, entry in table.items() if entry.metric in ("", *plan.metrics, *space)}
 
 
 def lengths(plan: Plan) -> dict[str, int]:
@@ -105,6 +118,8 @@ def lengths(plan: Plan) -> dict[str, int]:
         "plane": len(PLANES),
         "up": CELLS,
         "across": CELLS,
+        **dict.fromkeys(_SLICE, CELLS_OF_SLICE),
+        **dict.fromkeys(_CLOUD, CELLS_OF_CLOUD),
     }
 
 
@@ -113,7 +128,7 @@ def coordinates(plan: Plan) -> dict[str, tuple[str, npt.NDArray[Any], str]]:
     names = plan.arm.joint_names
     reach = plan.arm.reach
     middles = reach * ((2.0 * np.arange(CELLS) + 1.0) / CELLS - 1.0)
-    return {
+    found: dict[str, tuple[str, npt.NDArray[Any], str]] = {
         "joint": ("joint", np.array(names), "joint"),
         "joint_unit": ("joint", np.array(plan.arm.joint_units), "unit of the joint's position"),
         "set": ("set", np.array(["+".join(names[j] for j in joints) for joints in plan.sets]), "joints that fail"),
@@ -126,6 +141,13 @@ def coordinates(plan: Plan) -> dict[str, tuple[str, npt.NDArray[Any], str]]:
         "up": ("up", middles, "second axis, middle of the cell [m]"),
         "across": ("across", middles, "first axis, middle of the cell [m]"),
     }
+    region = plan.region
+    if region is not None:
+        for dims, cells in ((_SLICE, region.slice), (_CLOUD, region.cloud)):
+            if cells is not None:
+                for dim, axis in zip(dims, reversed(cells.axes), strict=True):
+                    found[dim] = (dim, cells.middles(axis), f"{'xyz'[axis]} of the middle of the cell [m]")
+    return found
 
 
 def size_in_bytes(plan: Plan) -> int:

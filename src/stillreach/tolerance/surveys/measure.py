@@ -16,6 +16,7 @@ from stillreach._door import FloatArray
 from stillreach.tolerance.losses import all_sets, least_everywhere, relative
 from stillreach.tolerance.surveys.arrays import ALL, BINS, CELLS, PLANES, REDUCED, SPEEDS, Arrays, empty
 from stillreach.tolerance.surveys.plan import BLOCK, Plan
+from stillreach.tolerance.surveys.positions import Region, poses_at, reached_cells
 
 TOLERANCE = 1e-6
 """[m, rad] largest error of a reached pose."""
@@ -23,19 +24,19 @@ TOLERANCE = 1e-6
 Bools = npt.NDArray[np.bool_]
 
 
-def measured(plan: Plan, index: int, poses: FloatArray | None, threads: int | None) -> Arrays:
+def measured(plan: Plan, index: int, given: FloatArray | None, threads: int | None) -> Arrays:
     """The arrays of a chunk, by name.
 
     Args:
         plan: the survey.
         index: of the chunk.
-        poses: (N, 4, 4) those of the chunk, where the survey is of poses [m].
+        given: poses (N, 4, 4) [m] or configurations (N, n) [rad, m] of the chunk, where the survey is of such.
         threads: how many; None: as for ``solve_batch``.
     """
     chunk = _Chunk(plan, index, threads)
     first = 0
     goals = plan.goals(index) if "reach" in plan.metrics else None
-    for q, counts in _configurations(plan, index, poses, threads):
+    for q, counts in _configurations(plan, index, given, threads):
         rows = np.arange(first, first + len(q))[counts]
         chunk.add(np.ascontiguousarray(q[counts]), rows, None if goals is None else next(goals)[counts])
         first += len(q)
@@ -44,16 +45,21 @@ def measured(plan: Plan, index: int, poses: FloatArray | None, threads: int | No
 
 
 def _configurations(
-    plan: Plan, index: int, poses: FloatArray | None, threads: int | None
+    plan: Plan, index: int, given: FloatArray | None, threads: int | None
 ) -> Iterator[tuple[FloatArray, Bools]]:
     """Configurations (B, n), and which of them count."""
-    if poses is None:
-        for q in plan.blocks(index):
+    if plan.kind != "poses" or given is None:
+        for q in plan.blocks(index) if given is None else _blocks(given):
             yield q, np.ones(len(q), dtype=bool)
         return
-    for first in range(0, len(poses), BLOCK):
-        found = plan.arm.inverse(poses[first : first + BLOCK], **_search(plan, threads))
+    for poses in _blocks(given):
+        found = plan.arm.inverse(poses, **_search(plan, threads))
         yield found.q, found.reached
+
+
+def _blocks(given: FloatArray) -> Iterator[FloatArray]:
+    for first in range(0, len(given), BLOCK):
+        yield given[first : first + BLOCK]
 
 
 def _search(plan: Plan, threads: int | None) -> dict[str, Any]:
@@ -77,7 +83,9 @@ class _Chunk:
         self.begin = np.searchsorted(self.sizes, np.arange(1, plan.k + 1))
         places = {} if plan.every else {joints: i for i, joints in enumerate(all_sets(plan.arm.n, plan.k))}
         self.columns = np.array([places[joints] for joints in plan.sets] if places else [], dtype=np.int64)
-        self.alone = bool(self.kept) or not plan.every  # each set by itself
+        self.all = plan.keep == "all"
+        self.alone = self.all or not plan.every  # each set by itself
+        self.first = index * plan.chunk
         tool = plan.task.tool
         self.arm = plan.arm if tool is None else plan.arm.with_tool(plan.arm.tool @ tool)
 
@@ -86,8 +94,9 @@ class _Chunk:
         if not len(q):
             return
         self.found["configurations"] += len(q)
-        if self.kept:
+        if "counts" in self.kept:
             self.kept["counts"][rows] = True
+        if "q" in self.kept:
             self.kept["q"][rows] = q
         if "relative" in self.plan.metrics:
             self._relative(q, rows)
@@ -97,6 +106,8 @@ class _Chunk:
             self._depth(q, rows)
         if goals is not None:
             self._reach(q, goals, rows)
+        if self.plan.region is not None:
+            self._positions(q, rows, self.plan.region)
 
     def _relative(self, q: FloatArray, rows: npt.NDArray[np.int64]) -> None:
         plan, found = self.plan, self.found
@@ -106,7 +117,7 @@ class _Chunk:
             every = left.every if plan.every else left.every[:, self.columns]  # type: ignore[index]
             assert every is not None
             worst, which = self._worst(every)
-            if self.kept:
+            if self.all:
                 self.kept["every_relative"][rows] = every
         regular = ~np.isnan(left.joint[:, 0])
         found["singular"] += len(q) - int(np.count_nonzero(regular))
@@ -161,7 +172,7 @@ class _Chunk:
         self.found["speed_joint"] += _counted(_speed_bins(left.joint), len(SPEEDS) + 1)
         own = np.isfinite(worst[0])
         self.found["speed_worst"][own] += _counted(_speed_bins(worst[:, own]), len(SPEEDS) + 1)
-        if self.kept:
+        if self.all:
             self.kept["every_speed"][rows] = left.whole
             self.kept["every_speed_after"][rows] = left.every
 
@@ -170,7 +181,7 @@ class _Chunk:
         left = least_everywhere(plan.arm, q, plan.k, task=plan.task, least=True, threads=self.threads or 0)
         deep = np.where(left.whole < 1.0, -1, np.cumprod(left.worst >= 1.0, axis=1).sum(axis=1))
         self.found["depth"] += np.bincount(deep + 1, minlength=plan.k + 2)
-        if self.kept:
+        if self.all:
             self.kept["every_depth"][rows] = deep
 
     def _reach(self, q: FloatArray, goals: FloatArray, rows: npt.NDArray[np.int64]) -> None:
@@ -183,10 +194,32 @@ class _Chunk:
             after[:, place] = plan.arm.inverse(poses, q, locked=joints, **search).reached
         self.found["reach_before"] += int(np.count_nonzero(before))
         self.found["reach_after"] += np.count_nonzero(after, axis=0)
-        if self.kept:
+        if self.all:
             self.kept["goal"][rows] = goals
             self.kept["every_reach_before"][rows] = before
             self.kept["every_reach_after"][rows] = after
+
+    def _positions(self, q: FloatArray, rows: npt.NDArray[np.int64], region: Region) -> None:
+        """Whether a position that all joints reach is reached after each joint locks where it stands.
+
+        Each configuration looks at one cell of the plane and one of the space, in an order that comes to all of them.
+        """
+        plan = self.plan
+        search = {**_search(plan, self.threads), "task": region.task}
+        for name, cells in (("slice", region.slice), ("cloud", region.cloud)):
+            if cells is None:
+                continue
+            reached = reached_cells(region, cells, search)
+            self.found[f"{name}_before"].reshape(-1)[reached] = 1
+            if not len(reached):
+                continue
+            chosen = cells.order(reached, plan.seed)[(self.first + rows) % len(reached)]
+            poses, total = poses_at(cells.points()[chosen]), cells.count ** len(cells.axes)
+            self.found[f"{name}_tried"] += np.bincount(chosen, minlength=total).reshape(cells.shape)
+            for joint in plan.singles:
+                still = region.arm.inverse(poses, q, locked=(joint,), **search).reached
+                counts = np.bincount(chosen[still], minlength=total).reshape(cells.shape)
+                self.found[f"{name}_after"][joint] += counts
 
 
 def _bins(values: FloatArray) -> npt.NDArray[np.int64]:

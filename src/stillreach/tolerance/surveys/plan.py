@@ -7,6 +7,7 @@ import json
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -19,20 +20,26 @@ from stillreach.arm.limits import sampling_range
 from stillreach.errors import InputError
 from stillreach.simulation.document import settings_text
 from stillreach.task import Task
-from stillreach.tolerance.losses import MOST_SETS, all_sets
+from stillreach.tolerance.losses import MOST_FACETS, MOST_SETS, all_sets, facets
 from stillreach.tolerance.speeds import MOST_NORMALS
+from stillreach.tolerance.surveys.positions import Region, region_of
 
-FORMAT = 1
+FORMAT = 2
 """Of the arrays and attributes of a survey; others are rejected."""
 METRICS = {
     "relative": "relative manipulability without each set of joints",
     "speed": "the speed in every direction, before and after",
     "depth": "how many joints, whichever they are, can fail without the loss of a direction",
     "reach": "the share of poses that is reached, before and after",
+    "positions": "the positions around the arm that are reached, before and after each single loss",
 }
+USUAL = ("relative", "speed", "depth")
+"""Metrics where none are named."""
+SLOW = {"speed", "depth"}
+"""Those that go over all facets of the velocities of a configuration."""
 KEEP = ("reduced", "all")
 CHUNK, SMALL_CHUNK = 250_000, 2_000
-"""Configurations of a chunk; with ``reach`` or ``keep="all"``, where each takes longer or more memory."""
+"""Configurations of a chunk; the second where each takes longer or more memory: searches, ``keep="all"``, long arms."""
 BLOCK = 8192
 """Configurations at once."""
 MOST = 10**13
@@ -46,11 +53,11 @@ class Plan:
     Args:
         arm: the arm.
         task: the task.
-        kind: "samples", "grid" or "poses".
+        kind: "samples", "grid", "poses" or "q".
         count: configurations.
         grid: steps of each joint; () unless it is a grid.
-        poses: (count, 4, 4) [m], or those of one chunk; None unless there are some.
-        digest: of the poses.
+        given: poses (count, 4, 4) [m] or configurations (count, n) [rad, m]; None unless there are some.
+        digest: of these.
         sets: joints that fail together, by index and by size.
         k: the largest number of joints that fail.
         every: whether these are all sets of up to k joints.
@@ -66,7 +73,7 @@ class Plan:
     kind: str
     count: int
     grid: tuple[int, ...]
-    poses: FloatArray | None
+    given: FloatArray | None
     digest: str
     sets: tuple[tuple[int, ...], ...]
     k: int
@@ -86,13 +93,23 @@ class Plan:
         """Configurations of a chunk."""
         return min(self.chunk, self.count - index * self.chunk)
 
-    def own_poses(self, index: int) -> FloatArray | None:
-        """The poses of a chunk."""
-        return None if self.poses is None else self.poses[index * self.chunk : index * self.chunk + self.size(index)]
+    def own(self, index: int) -> FloatArray | None:
+        """The poses or configurations of a chunk, where they are given."""
+        return None if self.given is None else self.given[index * self.chunk : index * self.chunk + self.size(index)]
 
-    def without_poses(self) -> Plan:
-        """The plan without its poses, which may be large."""
-        return replace(self, poses=None)
+    def alone(self) -> Plan:
+        """The plan without the poses or configurations, which may be large."""
+        return replace(self, given=None)
+
+    @property
+    def singles(self) -> tuple[int, ...]:
+        """The joints that fail alone, by index."""
+        return tuple(joints[0] for joints in self.sets if len(joints) == 1)
+
+    @cached_property
+    def region(self) -> Region | None:
+        """Where the survey looks for positions; None without that metric."""
+        return region_of(self.arm, self.task) if "positions" in self.metrics else None
 
     def blocks(self, index: int) -> Iterator[FloatArray]:
         """The configurations (B, n) of a chunk [rad, m], random or of the grid, some at a time."""
@@ -144,6 +161,7 @@ def plan_of(
     samples: Any,
     grid: Any,
     poses: Any,
+    q: Any,
     k: Any,
     failures: Any,
     metrics: Any,
@@ -158,33 +176,47 @@ def plan_of(
         raise InputError("arm", _door.describe(arm), "an Arm")
     checked_task(task)
     chosen = Task() if task is None else task
-    words = _metrics(metrics)
-    kind, count, steps, places = _configurations(arm, samples, grid, poses)
+    words = _metrics(arm, chosen, metrics)
+    kind, count, steps, given = _configurations(arm, samples, grid, poses, q)
     sets, most = _sets(arm, k, failures)
     kept = _door.choice("keep", keep, KEEP)
-    if {"speed", "depth"} & set(words) and math.comb(arm.n, chosen.m - 1) > MOST_NORMALS:
-        raise InputError("metrics", f"speed or depth of an arm with {arm.n} joints", "at most 16 joints for six rows")
-    usual = SMALL_CHUNK if "reach" in words or kept == "all" or kind == "poses" else CHUNK
-    return Plan(
+    long = bool(SLOW & set(words)) and facets(arm.n, chosen.m) > MOST_NORMALS
+    slow = long or kept == "all" or kind == "poses" or bool({"reach", "positions"} & set(words))
+    plan = Plan(
         arm=arm,
         task=chosen,
         kind=kind,
         count=count,
         grid=steps,
-        poses=places,
-        digest="" if places is None else hashlib.sha256(places.tobytes()).hexdigest(),
+        given=given,
+        digest="" if given is None else hashlib.sha256(given.tobytes()).hexdigest(),
         sets=sets,
         k=most,
         every=failures is None,
         metrics=words,
         seed=_door.count("seed", seed, minimum=0),
-        chunk=min(usual if chunk is None else _door.count("chunk", chunk), count),
+        chunk=min((SMALL_CHUNK if slow else CHUNK) if chunk is None else _door.count("chunk", chunk), count),
         keep=kept,
         starts=_door.count("starts", starts),
     )
+    _ = plan.region  # raises where there is none for this task
+    return plan
 
 
-def _metrics(metrics: Any) -> tuple[str, ...]:
+def _metrics(arm: Arm, task: Task, metrics: Any) -> tuple[str, ...]:
+    many = facets(arm.n, task.m)
+    if metrics is None:
+        return USUAL if many <= MOST_FACETS else tuple(word for word in USUAL if word not in SLOW)
+    words = _words(metrics)
+    if SLOW & set(words) and many > MOST_FACETS:
+        got = f"speed or depth of an arm with {arm.n} joints and {task.m} rows, {many:,} facets a configuration"
+        raise InputError(
+            "metrics", got, f"at most {MOST_FACETS:,}, which 31 joints stay below in six rows; the others have no limit"
+        )
+    return words
+
+
+def _words(metrics: Any) -> tuple[str, ...]:
     given = [metrics] if isinstance(metrics, str) else metrics
     if not isinstance(given, Iterable) or not (listed := list(given)):
         raise InputError("metrics", _door.describe(metrics), f"some of {', '.join(METRICS)}")
@@ -193,15 +225,15 @@ def _metrics(metrics: Any) -> tuple[str, ...]:
 
 
 def _configurations(
-    arm: Arm, samples: Any, grid: Any, poses: Any
+    arm: Arm, samples: Any, grid: Any, poses: Any, q: Any
 ) -> tuple[str, int, tuple[int, ...], FloatArray | None]:
-    """Their kind and number, the steps of a grid, and poses."""
-    given = {"samples": samples, "grid": grid, "poses": poses}
-    named = [name for name, value in given.items() if value is not None]
+    """Their kind and number, the steps of a grid, and poses or configurations that are given."""
+    wanted = {"samples": samples, "grid": grid, "poses": poses, "q": q}
+    named = [name for name, value in wanted.items() if value is not None]
     if len(named) > 1:
-        raise InputError(named[1], f"a value beside {named[0]}", "one of samples, grid and poses")
+        raise InputError(named[1], f"a value beside {named[0]}", f"one of {', '.join(wanted)}")
     steps: tuple[int, ...] = ()
-    places = None
+    given = None
     if grid is not None:
         if isinstance(grid, str) or not isinstance(grid, Iterable | int | np.integer):
             raise InputError("grid", _door.describe(grid), "a number of steps, or one for each joint")
@@ -211,15 +243,20 @@ def _configurations(
             raise InputError("grid", f"{len(steps)} numbers", f"a number of steps, or {arm.n}, one for each joint")
         count = math.prod(steps)
     elif poses is not None:
-        places = _door.array("poses", poses, "rigid transforms (N, 4, 4)")
-        if places.ndim != 3 or places.shape[1:] != (4, 4) or not len(places):
+        given = _door.array("poses", poses, "rigid transforms (N, 4, 4)")
+        if given.ndim != 3 or given.shape[1:] != (4, 4) or not len(given):
             raise InputError("poses", _door.describe(poses), "rigid transforms (N, 4, 4)")
-        count = len(places)
+        count = len(given)
+    elif q is not None:
+        given = _door.array("q", q, f"configurations (N, {arm.n})")
+        if given.ndim != 2 or given.shape[1] != arm.n or not len(given):
+            raise InputError("q", _door.describe(q), f"configurations (N, {arm.n})")
+        count = len(given)
     else:
         count = _door.count("samples", 100_000 if samples is None else samples)
     if count > MOST:
         raise InputError(named[0], f"{count} configurations", f"at most {MOST}")
-    return named[0] if named else "samples", count, steps, places
+    return named[0] if named else "samples", count, steps, given
 
 
 def _sets(arm: Arm, k: Any, failures: Any) -> tuple[tuple[tuple[int, ...], ...], int]:

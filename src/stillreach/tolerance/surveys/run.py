@@ -52,7 +52,7 @@ def finish(plan: Plan, store: Store, build: Build, client: Any, threads: int | N
 
 def _here(plan: Plan, left: list[int], threads: int | None) -> Iterator[tuple[int, Arrays]]:
     for index in left:
-        yield index, measured(plan, index, plan.own_poses(index), threads)
+        yield index, measured(plan, index, plan.own(index), threads)
 
 
 def _in_child(plan: Plan, store: Store, threads: int | None, progress: bool | None) -> None:
@@ -84,7 +84,7 @@ def facts(baseline: bool) -> Build:
     return Build.here()
 
 
-def chunk(baseline: bool, work: bytes, index: int, poses: FloatArray | None) -> tuple[Build, Arrays | None]:
+def chunk(baseline: bool, work: bytes, index: int, given: FloatArray | None) -> tuple[Build, Arrays | None]:
     """A chunk, computed by a worker on one thread: its build, and the arrays if the instruction set is the right one.
 
     The plan comes as bytes: an arm chooses the instruction set as soon as it is made.
@@ -93,7 +93,7 @@ def chunk(baseline: bool, work: bytes, index: int, poses: FloatArray | None) -> 
     if baseline and _core.instruction_set() != BASELINE:
         return build, None
     plan: Plan = pickle.loads(work)
-    return build, measured(plan, index, poses, 1)
+    return build, measured(plan, index, given, 1)
 
 
 def _on_cluster(plan: Plan, left: list[int], build: Build, client: Any) -> Iterator[tuple[int, Arrays]]:
@@ -104,13 +104,13 @@ def _on_cluster(plan: Plan, left: list[int], build: Build, client: Any) -> Itera
     baseline = build.instructions == BASELINE
     for worker, own in client.run(facts, baseline).items():
         _check(worker, own, build)
-    work, waiting = pickle.dumps(plan.without_poses()), iter(left)
+    work, waiting = pickle.dumps(plan.alone()), iter(left)
     places: dict[Any, int] = {}
 
     def submit(count: int) -> list[Any]:
         futures = []
         for index in islice(waiting, count):
-            future = client.submit(chunk, baseline, work, index, plan.own_poses(index), pure=False)
+            future = client.submit(chunk, baseline, work, index, plan.own(index), pure=False)
             places[future] = index
             futures.append(future)
         return futures
