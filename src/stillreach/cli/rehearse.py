@@ -174,9 +174,12 @@ def quoted(text: str) -> str:
 
 
 def _refuse_options(task: str, recording: str | None, options: dict[str, Any]) -> None:
-    """Raises InputError for options of a recording without a recording."""
+    """Raises InputError for a recording behind a scenario, and for options of a recording without one."""
+    from stillreach.cli._complete import scenario_names
     from stillreach.errors import InputError
 
+    if recording is not None and (task in scenario_names() or task.endswith(".toml")):
+        raise InputError("RECORDING", recording, f"none: {task} is a scenario, which has its own motion")
     if recording is None:
         for name, value in options.items():
             if value is not None:

@@ -373,6 +373,7 @@ def test_the_share_decides_the_exit_code(desk):
         (["panda-elbow", "--known-after", "-1"], "--known-after: got '-1'"),
         (["panda-elbow", "--within", "5"], "--within: got '5'"),
         (["panda-elbow", "--joint", "j4"], "joint: got 'j4'"),
+        (["panda-elbow", "no.csv"], "RECORDING: got no.csv, expected none: panda-elbow is a scenario"),
         (["panda", "no.csv"], "--recording: got 'no.csv'"),
         (["no.toml"], "no.toml"),
     ],
