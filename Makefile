@@ -84,8 +84,9 @@ wasm: check-tools  ## compile the controller of the live page to WebAssembly
 	build/zig/bin/pip install -q --no-compile `grep ^ziglang requirements/wheels.txt | cut -d' ' -f1`
 	build/zig/bin/python scripts/wasm.py
 
-docs: $(STAMPS)/docs $(STAMPS)/wheel  ## build the documentation site into build/docs
+docs: $(STAMPS)/docs $(STAMPS)/wheel  ## build the documentation site into build/docs and check its links
 	$(BIN)/python -m sphinx -q -W --keep-going -b html docs build/docs
+	$(BIN)/python scripts/check_links.py build/docs
 	@echo "Open build/docs/index.html."
 
 dev: $(STAMPS)/test $(STAMPS)/robots $(STAMPS)/wheel  ## everything that working on the code needs, in .venv

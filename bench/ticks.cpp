@@ -54,7 +54,7 @@ Work batch(const stillreach::LawSettings& law) {
     std::vector<std::int32_t> status(count);
     for (int joint : {1, 3, 6}) lower[joint] = upper[joint] = 0.0;
     stillreach::Batch b{};
-    b.arm = robot.state.arm;
+    b.arm = robot.arm.view();
     b.law = law;
     b.m = 6;
     b.every_row = 1;

@@ -3,23 +3,15 @@
 
 #include "settings.hpp"
 
-// Whom each of the chain's joints follows; without followers each follows itself, and nothing is kept.
-static void couple(Arm& arm, nb::handle leaders, nb::handle factors, nb::handle offsets) {
-  if (leaders.is_none()) return;
-  const int moved = arm.n;
-  arm.n = 0;
-  for (nb::handle leader : nb::iter(leaders)) {
-    arm.leaders.push_back(nb::cast<int>(nb::int_(leader)));
-    if (arm.leaders.back() < 0 || arm.leaders.back() >= moved)
-      refuse("leaders", describe(leaders), "indices of joints");
-    arm.n = std::max(arm.n, arm.leaders.back() + 1);
+// Whom each of `moved` joints of the chain follows.
+static std::vector<int> read_leaders(nb::handle given, int moved) {
+  std::vector<int> leaders;
+  for (nb::handle leader : nb::iter(given)) {
+    leaders.push_back(nb::cast<int>(nb::int_(leader)));
+    if (leaders.back() < 0 || leaders.back() >= moved) refuse("leaders", describe(given), "indices of joints");
   }
-  arm.factors.resize(to_size(moved));
-  arm.offsets.resize(to_size(moved));
-  read_vector("factors", factors, moved, arm.factors.data());
-  read_vector("offsets", offsets, moved, arm.offsets.data());
-  if (static_cast<int>(arm.leaders.size()) != moved)
-    refuse("leaders", describe(leaders), std::to_string(moved) + " of them");
+  if (static_cast<int>(leaders.size()) != moved) refuse("leaders", describe(given), std::to_string(moved) + " of them");
+  return leaders;
 }
 
 static void make_arm(Arm* self, nb::handle kinds, nb::handle placements, nb::handle axes, nb::handle tool,
@@ -34,10 +26,17 @@ static void make_arm(Arm* self, nb::handle kinds, nb::handle placements, nb::han
   std::vector<stillreach::JointKind> kind;
   for (nb::handle k : nb::iter(kinds)) kind.push_back(nb::cast<stillreach::JointKind>(k));
   if (static_cast<long>(kind.size()) != n) refuse("kinds", describe(kinds), std::to_string(n) + " kinds");
-  Arm arm{static_cast<int>(n), std::vector<stillreach::Link>(to_size(n)), {}, {}, {}, {}, {}};
-  arm.chain = kernel().align_axes(arm.n, kind.data(), all.data(), axis.data(), arm.links.data());
-  couple(arm, leaders, factors, offsets);
-  new (self) Arm(std::move(arm));
+  std::vector<int> follows;
+  std::vector<double> times, plus;
+  if (!leaders.is_none()) {
+    const int moved = static_cast<int>(n);
+    follows = read_leaders(leaders, moved);
+    times.resize(to_size(n));
+    plus.resize(to_size(n));
+    read_vector("factors", factors, moved, times.data());
+    read_vector("offsets", offsets, moved, plus.data());
+  }
+  new (self) Arm(kind, all.data(), axis.data(), std::move(follows), std::move(times), std::move(plus));
 }
 
 constexpr long kRowsAtOnce = 64;
@@ -57,8 +56,8 @@ static void each_row(const stillreach::KinematicsBatch& b, long count) {
 
 // Poses (N, 4, 4) or Jacobians (N, 6, n) at each row of q (N, n).
 static nb::object kinematics(const Arm& arm, nb::handle q, bool want_jacobian) {
-  View rows = strict("q", q, {-1, arm.n}, false);
-  const long count = rows.size(0), n = arm.n;
+  View rows = strict("q", q, {-1, arm.n()}, false);
+  const long count = rows.size(0), n = arm.n();
   nb::object out =
       new_array(want_jacobian ? nb::object(nb::make_tuple(count, 6, n)) : nb::object(nb::make_tuple(count, 4, 4)));
   View to = strict("out", out, {count, want_jacobian ? 6 : 4, want_jacobian ? n : 4}, true);
@@ -73,7 +72,7 @@ static nb::object kinematics(const Arm& arm, nb::handle q, bool want_jacobian) {
 // Singular values (N, min(m, joints)) of the task's weighted Jacobian at each row of q, or their products (N,).
 static nb::object spectra(const Arm& arm, nb::handle q, const Metric& metric, nb::sequence task_rows, bool tool_axes,
                           nb::sequence joints, bool product) {
-  View rows = strict("q", q, {-1, arm.n}, false);
+  View rows = strict("q", q, {-1, arm.n()}, false);
   const long count = rows.size(0);
   stillreach::KinematicsBatch b{};
   b.arm = arm.view();
@@ -86,8 +85,8 @@ static nb::object spectra(const Arm& arm, nb::handle q, const Metric& metric, nb
     if (r < 6) b.rows[r++] = nb::cast<int>(row);
   std::vector<int> chosen;
   for (nb::handle joint : joints) chosen.push_back(nb::cast<int>(joint));
-  if (r != b.m || metric.data->n != arm.n)
-    refuse("metric", std::to_string(metric.data->n) + " joints", std::to_string(arm.n));
+  if (r != b.m || metric.data->n != arm.n())
+    refuse("metric", std::to_string(metric.data->n) + " joints", std::to_string(arm.n()));
   b.joints = chosen.data();
   b.count = static_cast<int>(chosen.size());
   nb::object out = new_array(product ? nb::object(nb::make_tuple(count))
@@ -107,7 +106,7 @@ void bind_arm(nb::module_& m) {
            "axes (n, 3) unit vectors in the joint frames; tool (4, 4). With leaders (n,) of these joints joint a is at "
            "factors[a] q[leaders[a]] + offsets[a], and the arm has as many joints as there are leaders.")
       .def_prop_ro(
-          "n", [](const Arm& a) { return a.n; }, "Number of joints.")
+          "n", [](const Arm& a) { return a.n(); }, "Number of joints.")
       .def(
           "forward", [](const Arm& a, nb::handle q) { return kinematics(a, q, false); }, nb::arg("q"),
           nb::sig("def forward(self, q: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]"),

@@ -26,7 +26,7 @@ void solve_batch(const Law& law, const Metric& metric, nb::handle arm, nb::seque
   std::ptrdiff_t ignored;
   if (!arm.is_none()) {
     const Arm& model = nb::cast<const Arm&>(arm);
-    if (model.n != n) refuse("arm", std::to_string(model.n) + " joints", std::to_string(n) + ", as the metric has");
+    if (model.n() != n) refuse("arm", std::to_string(model.n()) + " joints", std::to_string(n) + ", as the metric has");
     b.arm = model.view();
     b.q = in.numbers("q", {count, n}, false);
     b.twist = in.rows("twist", count, 6, b.twist_stride);
@@ -70,7 +70,7 @@ void rollout_batch(const Law& law, const Metric& metric, const Arm& arm, nb::seq
   const long n = metric.data->n, records = (steps + every - 1) / every;
   Arrays in(given), out(answers);
   set_task(b, law, metric, rows, tool_axes);
-  if (arm.n != n) refuse("arm", std::to_string(arm.n) + " joints", std::to_string(n) + ", as the metric has");
+  if (arm.n() != n) refuse("arm", std::to_string(arm.n()) + " joints", std::to_string(n) + ", as the metric has");
   b.arm = arm.view();
   set_bounds(b, in, count, n);
   r.start = in.numbers("start", {count, n}, false);

@@ -8,11 +8,12 @@
 
 void Controller::take_next() {
   const std::unique_ptr<NullMotion> taken = std::move(next);
-  std::copy_n(taken->vector.data(), n(), const_cast<double*>(state.null_vector));
-  state.null_kind = taken->kind;
-  state.null_gain = taken->gain;
-  state.null_largest = taken->largest;
-  state.null_failures = taken->failures;
+  stillreach::Settings& s = settings();
+  std::copy_n(taken->vector.data(), n(), core.writable(s.null_vector));
+  s.null_kind = taken->kind;
+  s.null_gain = taken->gain;
+  s.null_largest = taken->largest;
+  s.null_failures = taken->failures;
   std::swap(gradient, taken->gradient);  // the old one ends with `taken`, and may run Python code then
 }
 
@@ -34,23 +35,18 @@ bool Controller::update_gradient(const double* q, bool raise) {
     fine = false;
   }
   // A tick inside the gradient may have brought another null motion, whose numbers these are not.
-  if (gradient.is(called)) std::copy_n(read->data(), n(), const_cast<double*>(state.null_vector));
+  if (gradient.is(called)) std::copy_n(read->data(), n(), core.writable(settings().null_vector));
   return fine;
 }
 
 static void make_controller(Controller* self, const Arm& arm, const Law& law, const Metric& metric, nb::sequence rows,
                             bool tool_axes, double period, nb::handle rotary, nb::handle labels, double return_rate,
                             double transition_rate, double track_gain, nb::handle track_limits) {
-  new (self) Controller();
-  Controller& c = *self;
-  c.arm = arm;
-  c.metric = metric.data;
-  c.labels = nb::borrow(labels);
-  const int n = arm.n, m = static_cast<int>(nb::len(rows));
-  stillreach::ControllerState& s = c.state;
-  s.arm = c.arm.view();
+  const int m = static_cast<int>(nb::len(rows));
+  stillreach::Settings s{};
+  s.arm = arm.view();
   s.law = law.settings;
-  s.metric = c.metric->view();
+  s.metric = metric.data->view();
   s.m = m;
   s.every_row = m == 6 && !tool_axes;
   s.tool_axes = tool_axes;
@@ -69,30 +65,18 @@ static void make_controller(Controller* self, const Arm& arm, const Law& law, co
   }
   s.null_kind = stillreach::NullMotionKind::NONE;
   s.null_largest = std::numeric_limits<double>::infinity();
-
-  c.numbers.assign(to_size(stillreach::kStateNumbers * n), 0.0);
-  c.bytes.assign(to_size(stillreach::kStateBytes * n), 0);
-  std::int8_t* const turns = stillreach::point_into(s, c.numbers.data(), c.bytes.data());
-  c.faults.assign(to_size(n), {});
-  s.faults = c.faults.data();
-  for (int i = 0; i < n; ++i) turns[i] = nb::cast<bool>(rotary[i]);
-  s.rotary = turns;
-  c.rates.assign(to_size(n), 0.0);
-  c.residual.assign(6, 0.0);
-  c.active.assign(to_size(n), 0);
-  c.answer.rates = c.rates.data();
-  c.answer.residual = c.residual.data();
-  c.answer.active = c.active.data();
-  c.scratch.fit(n, !c.metric->joints.empty());
+  std::vector<std::int8_t> turns;
+  for (int i = 0; i < arm.n(); ++i) turns.push_back(nb::cast<bool>(rotary[i]));
+  Controller& c = *new (self) Controller(arm, metric.data, s, labels);
+  std::copy_n(turns.data(), arm.n(), c.core.writable(c.settings().rotary));
 }
 
 // closing: the Closing bits of what closes in within the acceleration limits.
 static void set_limits(Controller& c, nb::handle rate_lower, nb::handle rate_upper, nb::handle position_lower,
                        nb::handle position_upper, nb::handle acceleration, double speed, int closing) {
-  const int n = c.n();
-  stillreach::ControllerState& s = c.state;
+  stillreach::Settings& s = c.settings();
   const auto copy = [&](nb::handle from, const double* to) {
-    read_vector("limits", from, n, const_cast<double*>(to), false);
+    read_vector("limits", from, c.n(), c.core.writable(to), false);
   };
   copy(rate_lower, s.rate_lower);
   copy(rate_upper, s.rate_upper);
@@ -100,47 +84,22 @@ static void set_limits(Controller& c, nb::handle rate_lower, nb::handle rate_upp
   copy(position_lower, s.position_lower);
   copy(position_upper, s.position_upper);
   s.speed = speed;
-  s.constant_bounds = 1;
-  s.bounds_stand = 0;
-  for (int i = 0; i < n; ++i) {
-    s.constant_bounds &=
-        std::isinf(s.position_lower[i]) && std::isinf(s.position_upper[i]) && std::isinf(s.acceleration[i]);
-    s.closing[i] = static_cast<std::int8_t>(s.closing[i] | closing);
-  }
-  kernel().bound_correction(s);
+  c.core.limits_changed(closing);
 }
 
-// What the controller did and what is broken, for a copy of it.
-template <class Visit>
-static void each_memory(stillreach::ControllerState& s, int n, Visit visit) {
-  for (int i = 0; i < n; ++i) {
-    visit(&s.faults[i].health, 1);
-    visit(s.faults[i].number, 2);
-  }
-  visit(s.last, n);
-  visit(s.anchor, n);
-  visit(&s.transition, 1);
-  visit(s.multiplier.u, 6);
-  visit(s.multiplier.kappa, stillreach::kParts);
-  visit(&s.multiplier.raised, 1);
-  visit(&s.multiplier.known, 1);
-  visit(s.active, n);
-  visit(s.closing, n);
-}
-
+// What is broken and what the last tick left, for a copy of the controller.
 static nb::bytes get_state(Controller& c) {
   std::string all;
   const auto add = [&](const auto* from, int count) {
     all.append(reinterpret_cast<const char*>(from), sizeof *from * to_size(count));
   };
-  each_memory(c.state, c.n(), add);
+  stillreach::each_memory(c.core.state, add);
   return nb::bytes(all.data(), all.size());
 }
 
 static void set_state(Controller& c, nb::bytes state) {
-  const int n = c.n();
   std::size_t wanted = 0;
-  each_memory(c.state, n, [&](auto* to, int count) { wanted += sizeof *to * to_size(count); });
+  stillreach::each_memory(c.core.state, [&](auto* to, int count) { wanted += sizeof *to * to_size(count); });
   if (state.size() != wanted)
     refuse("state", std::to_string(state.size()) + " bytes", std::to_string(wanted) + " bytes");
   const char* at = static_cast<const char*>(state.data());
@@ -148,32 +107,34 @@ static void set_state(Controller& c, nb::bytes state) {
     std::memcpy(to, at, sizeof *to * to_size(count));
     at += sizeof *to * to_size(count);
   };
-  each_memory(c.state, n, take);
-  c.state.bounds_stand = 0;
-  kernel().bound_correction(c.state);
+  stillreach::each_memory(c.core.state, take);
+  c.core.state.last.bounds_stand = 0;
+  kernel().bound_correction(c.core.state);
 }
 
 // Everything that the controller was told, as numbers in a row: the head, then the settings.
 static nb::bytes get_setup(Controller& c) {
   if (c.next) c.take_next();
-  const stillreach::SetupHead head = stillreach::head_of(c.state);
+  const stillreach::SetupHead head = stillreach::head_of(c.settings());
   std::vector<double> all;
   for (int size :
        {head.n, head.moved, head.coupled, head.m, head.has_rows, head.has_units, head.has_columns, head.full})
     all.push_back(size);
-  stillreach::each_setting(c.state, [&all](const auto& value) { all.push_back(static_cast<double>(value)); });
+  stillreach::each_setting(c.settings(), [&all](const auto& value) { all.push_back(static_cast<double>(value)); });
   return nb::bytes(all.data(), all.size() * sizeof(double));
 }
 
 // Runs a tick and takes what it answers. All memory is found before the tick, so that it runs whole or not at all.
 static Solution solution_of_tick(Controller& c, const double* q, const double* twist, const double* target,
                                  double period, nb::handle out) {
-  const int n = c.n(), m = c.state.m;
+  const stillreach::ControllerState& state = c.core.state;
+  const stillreach::Answer& answer = c.core.answer;
+  const int n = c.n(), m = state.settings.m;
   Solution s;
   s.metric = c.metric;
   s.m = m;
   s.n = n;
-  s.rank_tolerance = c.state.law.rank_tolerance;
+  s.rank_tolerance = state.settings.law.rank_tolerance;
   s.make_room();
   s.rates = out.is_none() ? new_vector(n) : nb::borrow(out);
   View view;
@@ -183,21 +144,22 @@ static Solution solution_of_tick(Controller& c, const double* q, const double* t
     to = view.data();
   }
   c.run(q, twist, target, period);
-  std::copy_n(c.rates.data(), n, to);
-  std::copy_n(c.state.task_jacobian, m * n, s.jacobian());
-  std::copy_n(c.state.lower, n, s.lower());
-  std::copy_n(c.state.upper, n, s.upper());
-  std::copy_n(c.state.twist, m, s.twist());
-  std::copy_n(c.residual.data(), m, s.residual());
+  const stillreach::RateBounds& bounds = state.now.bounds;
+  std::copy_n(answer.rates, n, to);
+  std::copy_n(stillreach::task_jacobian(state.settings, state.now), m * n, s.jacobian());
+  std::copy_n(bounds.lower, n, s.lower());
+  std::copy_n(bounds.upper, n, s.upper());
+  std::copy_n(state.now.twist, m, s.twist());
+  std::copy_n(answer.residual, m, s.residual());
   std::int8_t* const reasons = s.reasons();
   for (int i = 0; i < n; ++i)
-    reasons[i] = stillreach::active_reason(c.answer.active[i], c.state.lower_reason[i], c.state.upper_reason[i]);
-  s.status = c.answer.status;
-  s.iterations = c.answer.iterations;
-  s.damping = c.answer.damping;
-  s.scale = c.answer.scale;
-  s.task_error = c.answer.task_error;
-  s.set_multiplier(c.state.multiplier);
+    reasons[i] = stillreach::active_reason(answer.active[i], bounds.lower_reason[i], bounds.upper_reason[i]);
+  s.status = answer.status;
+  s.iterations = answer.iterations;
+  s.damping = answer.damping;
+  s.scale = answer.scale;
+  s.task_error = answer.task_error;
+  s.set_multiplier(state.last.multiplier);
   return s;
 }
 
@@ -251,75 +213,7 @@ static Solution track(Controller& c, nb::handle q, nb::handle target_pose, nb::h
   return solution_of_tick(c, at->data(), command, target, held, out);
 }
 
-// The arrays of a bound tick, held open for as long as it lives. What a tick needs comes first, in one line of the
-// cache.
-struct BoundTick {
-  Controller* c = nullptr;                    // null once the garbage collector took it apart
-  const double *q, *twist, *target, *period;  // target, period: or null
-  double* rates;
-  nb::object controller;
-  View views[5];  // they own the arrays
-};
-
-static nb::object tick(BoundTick& b) {
-  if (!b.c) throw std::runtime_error("the controller of this tick is gone");
-  Controller& c = *b.c;
-  double frame[12];
-  const double *q = b.q, *twist = b.twist;
-  const double period = b.period ? *b.period : 0.0, unknown[6] = {std::nan("")};
-  bool fine = true;
-  if (b.target && !kernel().read_pose(b.target, frame)) frame[0] = std::nan("");
-  if (b.period && !(period > 0.0 && std::isfinite(period))) twist = unknown;
-  if (c.gradient.is_valid() || c.next) {
-    bool finite = true;
-    for (int i = 0; i < c.n(); ++i) finite &= std::isfinite(q[i]);
-    if (finite) fine = c.prepare(q, false);
-  }
-  c.run(q, twist, b.target ? frame : nullptr, twist == unknown ? 0.0 : period);
-  std::copy_n(c.rates.data(), c.n(), b.rates);
-  return status_object(fine ? c.answer.status : c.answer.status | stillreach::INVALID_INPUT);
-}
-
-// tick() as Python calls it: a built-in function without arguments, which costs less than a bound method.
-static PyObject* call_tick(PyObject* self, PyObject*) {
-  try {
-    return tick(*nb::inst_ptr<BoundTick>(self)).release().ptr();
-  } catch (nb::python_error& error) {
-    error.restore();
-  } catch (const std::bad_alloc&) {
-    PyErr_NoMemory();
-  } catch (const std::exception& error) {
-    PyErr_SetString(PyExc_RuntimeError, error.what());
-  }
-  return nullptr;
-}
-
-static nb::object bind(nb::pointer_and_handle<Controller> self, nb::handle q, nb::handle twist, nb::handle rates,
-                       nb::handle target, nb::handle period) {
-  static PyMethodDef method{"tick", &call_tick, METH_NOARGS,
-                            "One tick on the bound arrays: reads them, writes the rates, returns the Status."};
-  Controller& c = *self.p;
-  const nb::object owner = nb::inst_alloc(nb::type<BoundTick>());
-  BoundTick* const b = new (nb::inst_ptr<BoundTick>(owner)) BoundTick();
-  nb::inst_mark_ready(owner);
-  b->views[0] = strict("q", q, {c.n()}, false);
-  b->views[1] = strict("twist", twist, {6}, false);
-  b->views[2] = strict("rates", rates, {c.n()}, true);
-  if (!target.is_none()) b->views[3] = strict("target", target, {4, 4}, false);
-  if (!period.is_none()) b->views[4] = strict("period", period, {1}, false);
-  b->q = b->views[0].data();
-  b->twist = b->views[1].data();
-  b->rates = b->views[2].data();
-  b->target = target.is_none() ? nullptr : b->views[3].data();
-  b->period = period.is_none() ? nullptr : b->views[4].data();
-  b->controller = nb::borrow(self.h);
-  b->c = &c;
-  PyObject* const function = PyCFunction_NewEx(&method, owner.ptr(), nullptr);
-  if (!function) nb::raise_python_error();
-  return nb::steal(function);
-}
-
-// The garbage collector's view of what a controller and a bound tick own.
+// The garbage collector's view of what a controller owns.
 static int visit_controller(PyObject* self, visitproc visit, void* arg) {
   Py_VISIT(Py_TYPE(self));
   if (!nb::inst_ready(self)) return 0;
@@ -337,41 +231,18 @@ static int clear_controller(PyObject* self) {
   return 0;
 }
 
-static int visit_tick(PyObject* self, visitproc visit, void* arg) {
-  Py_VISIT(Py_TYPE(self));
-  if (!nb::inst_ready(self)) return 0;
-  const BoundTick& b = *nb::inst_ptr<BoundTick>(self);
-  Py_VISIT(b.controller.ptr());
-  for (const View& view : b.views) Py_VISIT(view.owner());
-  return 0;
-}
-
-static int clear_tick(PyObject* self) {
-  if (nb::inst_ready(self)) const BoundTick taken = std::exchange(*nb::inst_ptr<BoundTick>(self), BoundTick());
-  return 0;
-}
-
 static PyType_Slot controller_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&visit_controller)},
                                          {Py_tp_clear, reinterpret_cast<void*>(&clear_controller)},
                                          {0, nullptr}};
-static PyType_Slot tick_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&visit_tick)},
-                                   {Py_tp_clear, reinterpret_cast<void*>(&clear_tick)},
-                                   {0, nullptr}};
-
 static void set_fault(Controller& c, int joint, stillreach::Health health, double first, double second) {
-  kernel().set_fault(c.state, joint, {health, {first, second}});
+  c.core.set_fault(joint, {health, {first, second}});
 }
 
 static void reset(Controller& c, nb::handle rates) {
-  if (rates.is_none())
-    std::fill_n(c.state.last, c.n(), 0.0);
-  else {
-    std::vector<double> read(to_size(c.n()));
-    read_vector("rates", rates, c.n(), read.data(), true, c.labels);
-    std::copy_n(read.data(), c.n(), c.state.last);
-  }
-  std::fill_n(c.state.active, c.n(), std::int8_t{0});
-  c.state.transition = 0.0;
+  if (rates.is_none()) return c.core.reset();
+  std::vector<double> read(to_size(c.n()));
+  read_vector("rates", rates, c.n(), read.data(), true, c.labels);
+  c.core.reset(read.data());
 }
 
 static void set_null_motion(Controller& c, stillreach::NullMotionKind kind, double gain, double largest,
@@ -388,8 +259,6 @@ static void set_null_motion(Controller& c, stillreach::NullMotionKind kind, doub
 }
 
 void bind_controller(nb::module_& m) {
-  nb::class_<BoundTick>(m, "BoundTick", nb::type_slots(tick_slots),
-                        "The arrays that Controller.bind() bound, held open.");
   nb::class_<Controller> c(m, "ControllerCore", nb::type_slots(controller_slots),
                            "The compiled part of stillreach.Controller.");
   c.def("__init__", &make_controller, nb::kw_only(), nb::arg("arm"), nb::arg("law"), nb::arg("metric"), nb::arg("rows"),
@@ -420,22 +289,6 @@ void bind_controller(nb::module_& m) {
         "that the target moves with -> Solution.\n\n"
         "A target within 1e-5 of a rigid transform (float32, six decimals) is brought to the nearest one. q, period "
         "and out: as of step.");
-  c.def(
-      "bind", &bind, nb::kw_only(), nb::arg("q").none(), nb::arg("twist").none(), nb::arg("rates").none(),
-      nb::arg("target").none() = nb::none(), nb::arg("period").none() = nb::none(),
-      nb::sig("def bind(self, *, q: numpy.typing.NDArray[numpy.float64], twist: numpy.typing.NDArray[numpy.float64], "
-              "rates: "
-              "numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64] | None = None, period: "
-              "numpy.typing.NDArray[numpy.float64] | None = None) -> collections.abc.Callable[[], "
-              "stillreach.status.Status]"),
-      "Binds arrays once and returns a function tick() for a loop.\n\n"
-      "Each call reads q (n,), twist (6,), and, if given, target (4, 4), the pose to track with twist as feedforward, "
-      "and period (1,) "
-      "[s], for which the rates are held. It writes rates (n,) in place and returns the Status. It raises no "
-      "Exception: non-finite "
-      "input, an invalid target and a period that is not positive give INVALID_INPUT and braking. Ctrl-C in a gradient "
-      "is raised, and "
-      "the tick is left out. Inputs are read before rates are written, so the arrays may overlap.");
   c.def("_set_fault", &set_fault, nb::arg("joint"), nb::arg("health"), nb::arg("first"), nb::arg("second"));
   c.def("_set_limits", &set_limits, nb::arg("rate_lower"), nb::arg("rate_upper"), nb::arg("position_lower"),
         nb::arg("position_upper"), nb::arg("acceleration"), nb::arg("speed"), nb::arg("closing"));
@@ -450,7 +303,7 @@ void bind_controller(nb::module_& m) {
       [](const Controller& s) {
         nb::object numpy = nb::module_::import_("numpy");
         std::string codes;
-        for (const stillreach::Fault& fault : s.faults) codes.push_back(static_cast<char>(fault.health));
+        for (int i = 0; i < s.n(); ++i) codes.push_back(static_cast<char>(s.core.state.faults.of[i].health));
         return numpy.attr("frombuffer")(nb::bytes(codes.data(), codes.size()), nb::arg("dtype") = numpy.attr("int8"));
       },
       nb::sig("def health(self) -> numpy.typing.NDArray[numpy.int8]"), "(n,) Health of each joint.");
@@ -460,22 +313,10 @@ void bind_controller(nb::module_& m) {
         nb::object array = new_vector(s.n());
         View view;
         view.open(array);
-        std::copy_n(s.state.last, s.n(), view.data());
+        std::copy_n(s.core.state.last.rates, s.n(), view.data());
         return array;
       },
       nb::sig("def last_rates(self) -> numpy.typing.NDArray[numpy.float64]"), "(n,) the last commanded rates.");
+  bind_bound_tick(m, c);
   bind_rollout(m, c);
-  m.attr("RIGID_TOLERANCE") = stillreach::kRigid;
-  m.def(
-      "rigid",
-      [](nb::handle T) -> nb::object {
-        double pose[12];
-        if (!kernel().read_pose(strict("T", T, {4, 4}, false).data(), pose)) return nb::none();
-        nb::object rigid = new_array(nb::make_tuple(4, 4));
-        stillreach::write_pose(pose, strict("T", rigid, {4, 4}, true).data());
-        return rigid;
-      },
-      nb::arg("T"),
-      nb::sig("def rigid(T: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64] | None"),
-      "The rigid transform nearest to T (4, 4), or None where none is within RIGID_TOLERANCE.");
 }

@@ -11,7 +11,7 @@ void inverse(const Law& law, const Metric& metric, const Arm& arm, nb::sequence 
   const long n = metric.data->n;
   Arrays in(given), out(answers);
   set_task(v.batch, law, metric, rows, tool_axes);
-  if (arm.n != n) refuse("arm", std::to_string(arm.n) + " joints", std::to_string(n) + ", as the metric has");
+  if (arm.n() != n) refuse("arm", std::to_string(arm.n()) + " joints", std::to_string(n) + ", as the metric has");
   v.batch.arm = arm.view();
   const double* poses = in.numbers("poses", {count, 4, 4}, false);
   std::vector<double> targets(12 * to_size(count));

@@ -8,7 +8,7 @@ constexpr std::ptrdiff_t kRowsAtOnce = 64;
 void losses(const Arm& arm, nb::sequence rows, bool tool_axes, bool speeds, int sizes, nb::dict given, nb::dict answers,
             int threads) {
   stillreach::LossBatch b{};
-  const long n = arm.n;
+  const long n = arm.n();
   Arrays in(given), out(answers);
   b.arm = arm.view();
   b.tool_axes = tool_axes;
@@ -29,7 +29,7 @@ void losses(const Arm& arm, nb::sequence rows, bool tool_axes, bool speeds, int 
   b.worst = out.numbers("worst", {count, sizes}, true);
   b.which = out.integers<std::int32_t>("which", count * sizes, "int32");
   b.every = out.numbers("every", {count, b.count}, true);
-  const std::size_t wanted = kernel().loss_doubles(arm.n, sizes, b.count);
+  const std::size_t wanted = kernel().loss_doubles(arm.n(), sizes, b.count);
   run_unlocked(count, kRowsAtOnce, threads > 0 ? threads : default_threads(),
                [&](std::ptrdiff_t first, std::ptrdiff_t last, const Stopped&) {
                  static thread_local std::vector<double> kept;

@@ -66,14 +66,14 @@ static bool add(Recorder& r, nb::handle q, nb::handle target, nb::handle time) {
     to += count;
   };
   const bool made = c.ticks > r.seen;  // a tick, since the last one that was recorded
-  const bool valid = made && !(c.answer.status & stillreach::INVALID_INPUT);
+  const bool valid = made && !(c.core.answer.status & stillreach::INVALID_INPUT);
   r.seen = c.ticks;
-  put(c.state.last, n, made);
-  put(c.state.command, 6, valid);
-  put(c.state.pose, 12, valid);
+  put(c.core.state.last.rates, n, made);
+  put(c.core.state.now.command, 6, valid);
+  put(c.core.state.now.pose, 12, valid);
   put(frame, 12, !target.is_none());
-  for (int i = 0; i < n; ++i) *to++ = static_cast<double>(c.faults[to_size(i)].health);
-  *to = static_cast<double>(made ? c.answer.status : stillreach::INVALID_INPUT);
+  for (int i = 0; i < n; ++i) *to++ = static_cast<double>(c.core.state.faults.of[i].health);
+  *to = static_cast<double>(made ? c.core.answer.status : stillreach::INVALID_INPUT);
   r.written.store(written + 1, std::memory_order_release);
   return true;
 }

@@ -82,9 +82,9 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
   std::vector<std::int8_t> scratch_active(to_size(n));
   const auto run = [&](long first, long count, const stillreach::Record& where) {
     if (plant) plant->plant.noise = noise.is_none() ? nullptr : errors.data() + n * first;
-    kernel().rollout(c.state, at.data(), commands.data() + 6 * stages * first,
+    kernel().rollout(c.core.state, at.data(), commands.data() + 6 * stages * first,
                      frames ? frames + 12 * stages * first : nullptr, count, stages, advance,
-                     plant ? &plant->plant : nullptr, c.scratch.memory(), c.answer, scratch.data(),
+                     plant ? &plant->plant : nullptr, c.core.workspace.view(), c.core.answer, scratch.data(),
                      scratch_active.data(), where);
   };
   c.prepare(at.data(), true);
@@ -133,6 +133,19 @@ static nb::object pose_distances(nb::handle actual, nb::handle wanted, nb::handl
 }
 
 void bind_rollout(nb::module_& m, nb::class_<Controller>& c) {
+  m.attr("RIGID_TOLERANCE") = stillreach::kRigid;
+  m.def(
+      "rigid",
+      [](nb::handle T) -> nb::object {
+        double pose[12];
+        if (!kernel().read_pose(strict("T", T, {4, 4}, false).data(), pose)) return nb::none();
+        nb::object rigid = new_array(nb::make_tuple(4, 4));
+        stillreach::write_pose(pose, strict("T", rigid, {4, 4}, true).data());
+        return rigid;
+      },
+      nb::arg("T"),
+      nb::sig("def rigid(T: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64] | None"),
+      "The rigid transform nearest to T (4, 4), or None where none is within RIGID_TOLERANCE.");
   m.def("frames", &frames, nb::arg("poses"),
         nb::sig("def frames(poses: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]"),
         "Poses (K, 4, 4) as a rollout reads its targets, (K, 12).");

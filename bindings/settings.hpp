@@ -6,7 +6,7 @@
 
 #include "door.hpp"
 #include "lock.hpp"
-#include "stillreach/dispatch.hpp"
+#include "stillreach/memory.hpp"
 
 using stillreach::kernel;
 using stillreach::to_size;
@@ -29,22 +29,6 @@ struct Metric {
   std::shared_ptr<const MetricData> data;
 };
 
-// The core's scratch memory for n joints.
-struct Scratch {
-  std::vector<double> doubles;
-  std::vector<int> ints;
-  std::vector<std::int8_t> bytes;
-  void fit(int n, bool full_joint_weight) {
-    const auto grow = [](auto& memory, std::size_t wanted) {
-      if (memory.size() < wanted) memory.resize(wanted);
-    };
-    grow(doubles, kernel().workspace_doubles(n, full_joint_weight));
-    grow(ints, kernel().workspace_ints(n));
-    grow(bytes, kernel().workspace_bytes(n));
-  }
-  stillreach::Memory memory() { return {doubles.data(), ints.data(), bytes.data()}; }
-};
-
 // `count` numbers of `memory` on a 64-byte boundary, as the batch functions want them.
 inline double* aligned(std::vector<double>& memory, std::size_t count) {
   if (memory.size() < count + 8) memory.resize(count + 8);
@@ -53,22 +37,7 @@ inline double* aligned(std::vector<double>& memory, std::size_t count) {
   return start;
 }
 
-struct Arm {
-  int n;
-  std::vector<stillreach::Link> links;
-  stillreach::ArmView chain;  // as align_axes() made it
-  std::vector<int> leaders;   // empty where every joint moves alone, else as Coupling has it
-  std::vector<double> factors, offsets;
-  mutable stillreach::Coupling coupling{};
-  stillreach::ArmView view() const {
-    coupling = {static_cast<int>(leaders.size()), leaders.data(), factors.data(), offsets.data()};
-    stillreach::ArmView arm = chain;
-    arm.n = n;
-    arm.links = links.data();
-    arm.coupling = leaders.empty() ? nullptr : &coupling;
-    return arm;
-  }
-};
+using Arm = stillreach::ArmMemory;
 
 void bind_enums(nb::module_& m);
 void bind_settings(nb::module_& m);

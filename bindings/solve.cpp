@@ -32,8 +32,8 @@ static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::ha
     for (int i = 0; i < n; ++i)
       reasons[i] = static_cast<std::int8_t>(codes.data()[i] > 0.0 ? 1 : codes.data()[i] < 0.0 ? -1 : 0);
   }
-  static thread_local Scratch kept;
-  Lease<Scratch> scratch(kept);
+  static thread_local stillreach::WorkspaceMemory kept;
+  Lease<stillreach::WorkspaceMemory> scratch(kept);
   scratch->fit(n, !metric.data->joints.empty());
   const stillreach::Problem p{m,
                               n,
@@ -46,7 +46,7 @@ static Solution solve(const Law& law, const Metric& metric, nb::handle J, nb::ha
                               typical};
   stillreach::Multiplier multiplier{};
   stillreach::Answer out{rates.data(), s.residual(), reasons, 0, 0, 0.0, 1.0, 0.0, &multiplier};
-  kernel().solve(law.settings, p, scratch->memory(), out);
+  kernel().solve(law.settings, p, scratch->view(), out);
   s.status = out.status;
   s.iterations = out.iterations;
   s.damping = out.damping;

@@ -67,7 +67,7 @@ def _read_headers(app):
     """Doxygen's XML of the front door, for Breathe."""
     folder = Path(app.doctreedir).parent / "doxygen"
     folder.mkdir(parents=True, exist_ok=True)
-    headers = [f'"{ROOT / "include" / "stillreach" / name}"' for name in ("stillreach.hpp", "urdf.hpp")]
+    headers = [f'"{ROOT / "include" / "stillreach" / name}"' for name in ("stillreach.hpp", "memory.hpp", "urdf.hpp")]
     settings = {
         "INPUT": " ".join(headers),
         "OUTPUT_DIRECTORY": f'"{folder}"',

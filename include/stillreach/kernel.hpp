@@ -12,12 +12,6 @@
 
 namespace stillreach {
 
-struct Memory {  // as make_workspace() wants it
-  double* doubles;
-  int* ints;
-  std::int8_t* bytes;
-};
-
 struct Kernel {
   const char* instruction_set;
   std::size_t (*workspace_doubles)(int n, bool full_joint_weight);
@@ -77,7 +71,7 @@ inline Kernel make_kernel() {
     arm_kinematics(arm, q, scratch, pose, jacobian);
   };
   k.solve = [](const LawSettings& law, const Problem& p, const Memory& memory, Answer& out) {
-    Workspace w = make_workspace(p.n, p.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
+    Workspace w = make_workspace(p.n, p.metric.joints != nullptr, memory);
     solve_law(law, p, w, out);
   };
   k.typical_rate = [](int n, const double* lower, const double* upper, const Metric& metric) {
@@ -87,16 +81,16 @@ inline Kernel make_kernel() {
   k.pose_distances = [](const double* actual, const double* wanted, long count, const double* asked, bool along_pose,
                         double* off) { pose_distances(actual, wanted, count, asked, along_pose, off); };
   k.set_fault = [](ControllerState& c, int joint, const Fault& fault) { set_fault(c, joint, fault); };
-  k.bound_correction = [](ControllerState& c) { bound_correction(c); };
+  k.bound_correction = [](ControllerState& c) { bound_correction(c.settings, c.faults, c.now.scratch); };
   k.tick = [](ControllerState& c, const double* q, const double* twist, const double* target, const Memory& memory,
               Answer& out) {
-    Workspace w = make_workspace(c.arm.n, c.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
+    Workspace w = make_workspace(c.settings.arm.n, c.settings.metric.joints != nullptr, memory);
     tick(c, q, twist, target, w, out);
   };
   k.rollout = [](ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages,
                  bool advance, Plant* plant, const Memory& memory, Answer& a, double* scratch,
                  std::int8_t* scratch_active, const Record& to) {
-    Workspace w = make_workspace(c.arm.n, c.metric.joints != nullptr, memory.doubles, memory.ints, memory.bytes);
+    Workspace w = make_workspace(c.settings.arm.n, c.settings.metric.joints != nullptr, memory);
     rollout(c, q, twists, targets, steps, stages, advance, plant, w, a, scratch, scratch_active, to);
   };
   k.batch = [](const Batch& b, std::ptrdiff_t first, std::ptrdiff_t last, const Memory& memory) {

@@ -12,37 +12,14 @@
 #include <utility>
 #include <vector>
 
-#if defined(STILLREACH_DISPATCH)
-#include "stillreach/dispatch.hpp"
-#else
-#include "stillreach/control/controller.hpp"
-#include "stillreach/kinematics/arm.hpp"
-#include "stillreach/kinematics/coupled.hpp"
-#endif
+#include "stillreach/memory.hpp"
 
 STILLREACH_BEGIN
 #if defined(STILLREACH_DISPATCH)
-inline namespace dispatched {  // other code than without it: one program may hold both
+inline namespace dispatched {
 #endif
 
 constexpr double kNoLimit = HUGE_VAL;
-
-/// Numbers in a row that the caller owns.
-template <class T>
-class Span {
- public:
-  constexpr Span(T* data, std::size_t size) noexcept : data_(data), size_(size) {}
-  template <std::size_t N>
-  constexpr Span(T (&array)[N]) noexcept : data_(array), size_(N) {}
-  template <class Container, class = decltype(std::declval<Container&>().data())>
-  constexpr Span(Container&& all) noexcept : data_(all.data()), size_(all.size()) {}
-  constexpr T* data() const noexcept { return data_; }
-  constexpr std::size_t size() const noexcept { return size_; }
-
- private:
-  T* data_;
-  std::size_t size_;
-};
 
 /// A rigid transform, row-major 4 x 4; the identity at first.
 struct Pose {
@@ -107,33 +84,6 @@ inline Fault free_swinging() { return {Health::FREE_SWINGING, {0.0, 0.0}}; }
 
 namespace front {
 
-// The core behind the door.
-#if defined(STILLREACH_DISPATCH)
-inline bool read_rigid(const double* T, double* pose) { return kernel().read_pose(T, pose); }
-inline void choose_correction(ControllerState& s) { kernel().bound_correction(s); }
-inline std::size_t doubles(int n) { return kernel().workspace_doubles(n, false); }
-inline std::size_t ints(int n) { return kernel().workspace_ints(n); }
-inline std::size_t bytes(int n) { return kernel().workspace_bytes(n); }
-inline ArmView aligned(int n, const JointKind* kinds, const double* placements, const double* axes, Link* links) {
-  return kernel().align_axes(n, kinds, placements, axes, links);
-}
-inline void walk(const ArmView& coupled, const double* q, double* pose, double* jacobian) {
-  kernel().kinematics(coupled, q, nullptr, pose, jacobian);
-}
-#else
-inline bool read_rigid(const double* T, double* pose) { return read_pose(T, pose); }
-inline void choose_correction(ControllerState& s) { bound_correction(s); }
-inline std::size_t doubles(int n) { return workspace_doubles(n, false); }
-inline std::size_t ints(int n) { return workspace_ints(n); }
-inline std::size_t bytes(int n) { return workspace_bytes(n); }
-inline ArmView aligned(int n, const JointKind* kinds, const double* placements, const double* axes, Link* links) {
-  return align_axes(n, kinds, placements, axes, links);
-}
-inline void walk(const ArmView& coupled, const double* q, double* pose, double* jacobian) {
-  coupled_kinematics(coupled, q, pose, jacobian);
-}
-#endif
-
 // Row-major 4 x 4, of rotation by columns and translation.
 inline Pose row_major(const double* frame) {
   Pose at;
@@ -152,40 +102,8 @@ inline std::string of_joint(std::size_t place, const Joint& joint) {
 class Arm {
  public:
   /// Throws std::invalid_argument with what check() says.
-  explicit Arm(std::vector<Joint> joints, const Pose& tool = Pose()) {
-    const std::string wrong = check(joints, tool);
-    if (!wrong.empty()) throw std::invalid_argument(wrong);
-    auto made = std::make_shared<Made>();
-    std::vector<double> placements, axes;
-    std::vector<JointKind> kinds;
-    for (const Joint& joint : joints) {
-      placements.insert(placements.end(), joint.placement.T, joint.placement.T + 16);
-      const double length =
-          std::sqrt(joint.axis[0] * joint.axis[0] + joint.axis[1] * joint.axis[1] + joint.axis[2] * joint.axis[2]);
-      for (double a : joint.axis) axes.push_back(a / length);
-      kinds.push_back(joint.kind);
-    }
-    placements.insert(placements.end(), tool.T, tool.T + 16);
-    for (const Joint& joint : joints)
-      if (joint.follows.empty()) made->joints.push_back(joint);
-    for (std::size_t i = 0, own = 0; i < joints.size(); ++i) {
-      const Joint& joint = joints[i];
-      const bool leads = joint.follows.empty();
-      made->leaders.push_back(leads ? static_cast<int>(own++) : place_of(joint.follows, made->joints));
-      made->factors.push_back(leads ? 1.0 : joint.multiplier);
-      made->offsets.push_back(leads ? 0.0 : joint.offset);
-    }
-    made->links.resize(joints.size());
-    made->view = front::aligned(static_cast<int>(joints.size()), kinds.data(), placements.data(), axes.data(),
-                                made->links.data());
-    made->view.n = static_cast<int>(made->joints.size());
-    made->coupling = {static_cast<int>(joints.size()), made->leaders.data(), made->factors.data(),
-                      made->offsets.data()};
-    made->walked = made->view;
-    made->walked.coupling = &made->coupling;
-    if (joints.size() > made->joints.size()) made->view = made->walked;
-    made_ = std::move(made);
-  }
+  explicit Arm(const std::vector<Joint>& joints, const Pose& tool = Pose())
+      : joints_(with_drives(checked(joints, tool))), chain_(chain_of(joints, *joints_, tool)) {}
 
   /// What is wrong with the arguments of an arm; empty where nothing is.
   static std::string check(const std::vector<Joint>& joints, const Pose& tool = Pose()) {
@@ -217,11 +135,11 @@ class Arm {
   }
 
   /// Joints with a drive: those that follow others do not count.
-  int n() const noexcept { return made_->view.n; }
-  const Joint& joint(int i) const { return made_->joints.at(static_cast<std::size_t>(i)); }
+  int n() const noexcept { return chain_.n(); }
+  const Joint& joint(int i) const { return joints_->at(to_size(i)); }
   /// Index of a joint by its name, or -1.
-  int index(const std::string& name) const noexcept { return place_of(name, made_->joints); }
-  const ArmView& view() const noexcept { return made_->view; }
+  int index(const std::string& name) const noexcept { return place_of(name, *joints_); }
+  const ArmView& view() const noexcept { return chain_.view(); }
 
   /// Pose of the tool at joint positions q (n). False, and nothing changes, where the size is wrong.
   bool kinematics(Span<const double> q, Pose& tool) const noexcept { return walk(q, tool, nullptr); }
@@ -231,15 +149,37 @@ class Arm {
   }
 
  private:
-  struct Made {
-    std::vector<Joint> joints;  // n
-    std::vector<Link> links;    // of the chain, and whom its joints follow
+  static const std::vector<Joint>& checked(const std::vector<Joint>& joints, const Pose& tool) {
+    const std::string wrong = check(joints, tool);
+    if (!wrong.empty()) throw std::invalid_argument(wrong);
+    return joints;
+  }
+  static std::shared_ptr<const std::vector<Joint>> with_drives(const std::vector<Joint>& joints) {
+    auto own = std::make_shared<std::vector<Joint>>();
+    for (const Joint& joint : joints)
+      if (joint.follows.empty()) own->push_back(joint);
+    return own;
+  }
+  static ArmMemory chain_of(const std::vector<Joint>& joints, const std::vector<Joint>& own, const Pose& tool) {
+    std::vector<double> placements, axes, factors, offsets;
+    std::vector<JointKind> kinds;
     std::vector<int> leaders;
-    std::vector<double> factors, offsets;
-    Coupling coupling;
-    ArmView view;
-    ArmView walked;  // along the chain, which takes no memory
-  };
+    int leading = 0;
+    for (const Joint& joint : joints) {
+      placements.insert(placements.end(), joint.placement.T, joint.placement.T + 16);
+      const double length =
+          std::sqrt(joint.axis[0] * joint.axis[0] + joint.axis[1] * joint.axis[1] + joint.axis[2] * joint.axis[2]);
+      for (double a : joint.axis) axes.push_back(a / length);
+      kinds.push_back(joint.kind);
+      const bool leads = joint.follows.empty();
+      leaders.push_back(leads ? leading++ : place_of(joint.follows, own));
+      factors.push_back(leads ? 1.0 : joint.multiplier);
+      offsets.push_back(leads ? 0.0 : joint.offset);
+    }
+    placements.insert(placements.end(), tool.T, tool.T + 16);
+    if (joints.size() == own.size()) return {kinds, placements.data(), axes.data()};
+    return {kinds, placements.data(), axes.data(), std::move(leaders), std::move(factors), std::move(offsets)};
+  }
 
   static int place_of(const std::string& name, const std::vector<Joint>& joints) noexcept {
     for (std::size_t i = 0; i < joints.size(); ++i)
@@ -250,11 +190,13 @@ class Arm {
   bool walk(Span<const double> q, Pose& tool, double* jacobian) const noexcept {
     double frame[12];
     if (q.size() != to_size(n())) return false;
-    front::walk(made_->walked, q.data(), frame, jacobian);
+    chain_.kinematics(q.data(), frame, jacobian);
     tool = front::row_major(frame);
     return true;
   }
-  std::shared_ptr<const Made> made_;
+
+  std::shared_ptr<const std::vector<Joint>> joints_;  // n
+  ArmMemory chain_;
 };
 
 /// Settings of a controller, as those of the Python package.
@@ -279,63 +221,23 @@ struct Options {
 class Controller {
  public:
   /// Throws std::invalid_argument with what check() says.
-  explicit Controller(Arm arm, Options options = Options()) : arm_(std::move(arm)), options_(std::move(options)) {
-    const std::string wrong = check(arm_, options_);
-    if (!wrong.empty()) throw std::invalid_argument(wrong);
-    const int n = arm_.n();
-    const std::size_t count = to_size(n);
-    numbers_.assign(to_size(kStateNumbers) * count, 0.0);
-    small_.assign(to_size(kStateBytes) * count, 0);
-    active_.assign(count, 0);
-    rates_.assign(count, 0.0);
-    faults_.assign(count, Fault{});
-    doubles_.assign(front::doubles(n), 0.0);
-    ints_.assign(front::ints(n), 0);
-    bytes_.assign(front::bytes(n), 0);
-    ControllerState& s = state_;
-    s.arm = arm_.view();
-    s.law = options_.law;
-    s.m = static_cast<int>(options_.rows.size());
-    for (int r = 0; r < s.m; ++r) s.rows[r] = options_.rows[to_size(r)];
-    s.tool_axes = options_.tool_axes;
-    s.every_row = s.m == 6 && !options_.tool_axes;
-    s.constant_bounds = 1;
-    s.period = options_.period;
-    s.return_rate = options_.return_rate;
-    s.transition_rate = options_.transition_rate;
-    s.track_gain = options_.track_gain;
-    s.track_automatic = options_.track_linear < 0.0;
-    s.track_linear = options_.track_linear;
-    s.track_angular = options_.track_angular;
-    s.null_kind = options_.null_motion;
-    s.null_gain = options_.null_gain;
-    s.null_largest = options_.null_largest;
-    s.null_failures = options_.null_failures;
-    point_into(s, numbers_.data(), small_.data());
-    double *lower = numbers_.data(), *upper = lower + count, *first = upper + count, *last = first + count;
-    double *acceleration = last + count, *vector = acceleration + count;
-    for (std::size_t i = 0; i < count; ++i) {
-      const Joint& joint = arm_.joint(static_cast<int>(i));
-      lower[i] = -joint.velocity_limit;
-      upper[i] = joint.velocity_limit;
-      first[i] = joint.lower;
-      last[i] = joint.upper;
-      acceleration[i] = joint.acceleration_limit;
-      if (!options_.null_vector.empty()) vector[i] = options_.null_vector[i];
-      const bool endless = joint.lower == -kNoLimit && joint.upper == kNoLimit && joint.acceleration_limit == kNoLimit;
-      s.constant_bounds = s.constant_bounds && endless;
+  explicit Controller(Arm arm, const Options& options = Options())
+      : arm_(std::move(arm)), memory_(told(arm_, checked(arm_, options))), nothing_(to_size(arm_.n()), std::nan("")) {
+    const Settings& s = memory_.state.settings;
+    const auto write = [](const double* setting, int i, double value) {
+      ControllerMemory::writable(setting)[i] = value;
+    };
+    for (int i = 0; i < arm_.n(); ++i) {
+      const Joint& joint = arm_.joint(i);
+      write(s.rate_lower, i, -joint.velocity_limit);
+      write(s.rate_upper, i, joint.velocity_limit);
+      write(s.position_lower, i, joint.lower);
+      write(s.position_upper, i, joint.upper);
+      write(s.acceleration, i, joint.acceleration_limit);
+      if (!options.null_vector.empty()) write(s.null_vector, i, options.null_vector[to_size(i)]);
     }
-    s.faults = faults_.data();
-    front::choose_correction(s);
-    nothing_.assign(count, std::nan(""));
-    answer_.rates = rates_.data();
-    answer_.residual = residual_.data();
-    answer_.active = active_.data();
+    memory_.limits_changed();
   }
-  Controller(const Controller&) = delete;
-  Controller& operator=(const Controller&) = delete;
-  Controller(Controller&&) = default;  // what the state points to is on the heap, and stays there
-  Controller& operator=(Controller&&) = default;
 
   /// What is wrong with the arguments of a controller; empty where nothing is.
   static std::string check(const Arm& arm, const Options& o) {
@@ -369,17 +271,17 @@ class Controller {
 
   /// A tick: joint positions q (n), the twist [v; w] (6) of the tool along base axes, and room for rates (n). Returns
   /// the bits of Status; INVALID_INPUT, and rates that brake, for NaN and wrong sizes. All rates are 0 where their size
-  /// is wrong.
-  std::int32_t step(Span<const double> q, Span<const double> twist, Span<double> rates) noexcept {
-    return run(q, twist.size() == 6 ? twist.data() : nullptr, nullptr, rates);
+  /// is wrong. period: [s] for which these rates are held, where that changes from tick to tick; 0: the options'.
+  std::int32_t step(Span<const double> q, Span<const double> twist, Span<double> rates, double period = 0.0) noexcept {
+    return run(q, twist.size() == 6 ? twist.data() : nullptr, nullptr, rates, period);
   }
 
   /// The same, towards a pose of the task's point (16, row-major), with a twist as feedforward.
-  std::int32_t track(Span<const double> q, Span<const double> target, Span<const double> twist,
-                     Span<double> rates) noexcept {
+  std::int32_t track(Span<const double> q, Span<const double> target, Span<const double> twist, Span<double> rates,
+                     double period = 0.0) noexcept {
     double pose[12];
     const bool right = target.size() == 16 && twist.size() == 6 && front::read_rigid(target.data(), pose);
-    return run(q, right ? twist.data() : nullptr, right ? pose : nullptr, rates);
+    return run(q, right ? twist.data() : nullptr, right ? pose : nullptr, rates, period);
   }
 
   /// A joint fails, from the next tick on. False, and nothing changes, for a joint or a number that cannot be.
@@ -389,7 +291,7 @@ class Controller {
     if (fault.health == Health::DERATED && !(a >= 0.0 && a <= 1.0)) return false;
     if (fault.health == Health::RUNAWAY && std::isinf(a)) return false;
     if (fault.health == Health::CONFINED && !(a <= b)) return false;
-    tell(joint, fault);
+    memory_.set_fault(joint, fault);
     return true;
   }
   bool restore(int joint) noexcept { return fail(joint, Fault{}); }
@@ -401,76 +303,88 @@ class Controller {
     if (limits.size() != count) return false;
     for (std::size_t i = 0; i < count; ++i)
       if (!(limits.data()[i] >= 0.0)) return false;
+    const Settings& s = memory_.state.settings;
     for (std::size_t i = 0; i < count; ++i) {
-      numbers_[i] = -limits.data()[i];
-      numbers_[count + i] = limits.data()[i];
-      state_.closing[i] = static_cast<std::int8_t>(state_.closing[i] | CLOSING_RATE);
+      ControllerMemory::writable(s.rate_lower)[i] = -limits.data()[i];
+      ControllerMemory::writable(s.rate_upper)[i] = limits.data()[i];
     }
-    state_.bounds_stand = 0;
-    front::choose_correction(state_);
+    memory_.limits_changed(CLOSING_RATE);
     return true;
   }
 
   /// The arm stands still: the next tick knows of no rates before. Faults stay.
-  void reset() noexcept {
-    std::fill_n(state_.last, arm_.n(), 0.0);
-    std::fill_n(state_.anchor, arm_.n(), 0.0);
-    state_.transition = 0.0;
-  }
+  void reset() noexcept { memory_.reset(); }
   /// The same for an arm that moves, at measured rates (n). False, and nothing changes, where they are not that.
   bool reset(Span<const double> rates) noexcept {
     if (rates.size() != to_size(arm_.n())) return false;
     for (std::size_t i = 0; i < rates.size(); ++i)
       if (!std::isfinite(rates.data()[i])) return false;
-    reset();
-    std::copy_n(rates.data(), rates.size(), state_.last);
+    memory_.reset(rates.data());
     return true;
   }
 
   const Arm& arm() const noexcept { return arm_; }
-  Health health(int joint) const { return faults_.at(to_size(joint)).health; }
+  Health health(int joint) const {
+    return joint < 0 || joint >= arm_.n() ? throw std::out_of_range("no such joint") : state().faults.of[joint].health;
+  }
   /// Of the last tick: pose of the task's point (16, row-major), bounds (n), residual of the task (m), its norm.
-  Pose pose() const noexcept { return front::row_major(state_.pose); }
-  Span<const double> lower() const noexcept { return {state_.lower, to_size(arm_.n())}; }
-  Span<const double> upper() const noexcept { return {state_.upper, to_size(arm_.n())}; }
-  Span<const double> residual() const noexcept { return {residual_.data(), to_size(state_.m)}; }
-  double task_error() const noexcept { return answer_.task_error; }
+  Pose pose() const noexcept { return front::row_major(state().now.pose); }
+  Span<const double> lower() const noexcept { return {state().now.bounds.lower, to_size(arm_.n())}; }
+  Span<const double> upper() const noexcept { return {state().now.bounds.upper, to_size(arm_.n())}; }
+  Span<const double> residual() const noexcept { return {memory_.answer.residual, to_size(state().settings.m)}; }
+  double task_error() const noexcept { return memory_.answer.task_error; }
+  /// All that it was told and remembers, and the whole answer of the last tick.
+  const ControllerState& state() const noexcept { return memory_.state; }
+  const Answer& answer() const noexcept { return memory_.answer; }
 
  private:
-  std::int32_t run(Span<const double> q, const double* twist, const double* pose, Span<double> rates) noexcept {
+  std::int32_t run(Span<const double> q, const double* twist, const double* pose, Span<double> rates,
+                   double period) noexcept {
     static const double still[6] = {0, 0, 0, 0, 0, 0};
     const std::size_t count = to_size(arm_.n());
     if (rates.size() != count) {
       std::fill_n(rates.data(), rates.size(), 0.0);
       return INVALID_INPUT;
     }
-    const bool right = twist && q.size() == count;
-    go(right ? q.data() : nothing_.data(), right ? twist : still, right ? pose : nullptr);
-    std::copy_n(rates_.data(), count, rates.data());
-    return answer_.status;
+    const bool right = twist && q.size() == count && period >= 0.0 && period < HUGE_VAL;
+    if (right)
+      memory_.tick(q.data(), twist, pose, period);
+    else
+      memory_.tick(nothing_.data(), still);
+    std::copy_n(memory_.answer.rates, count, rates.data());
+    return memory_.answer.status;
   }
-#if defined(STILLREACH_DISPATCH)
-  void go(const double* q, const double* twist, const double* pose) noexcept {
-    kernel().tick(state_, q, twist, pose, {doubles_.data(), ints_.data(), bytes_.data()}, answer_);
+
+  static const Options& checked(const Arm& arm, const Options& options) {
+    const std::string wrong = check(arm, options);
+    if (!wrong.empty()) throw std::invalid_argument(wrong);
+    return options;
   }
-  void tell(int joint, const Fault& fault) noexcept { kernel().set_fault(state_, joint, fault); }
-#else
-  void go(const double* q, const double* twist, const double* pose) noexcept {
-    Workspace w = make_workspace(arm_.n(), false, doubles_.data(), ints_.data(), bytes_.data());
-    tick(state_, q, twist, pose, w, answer_);
+  static Settings told(const Arm& arm, const Options& o) {
+    Settings s{};
+    s.arm = arm.view();
+    s.law = o.law;
+    s.m = static_cast<int>(o.rows.size());
+    for (int r = 0; r < s.m; ++r) s.rows[r] = o.rows[to_size(r)];
+    s.tool_axes = o.tool_axes;
+    s.every_row = s.m == 6 && !o.tool_axes;
+    s.period = o.period;
+    s.return_rate = o.return_rate;
+    s.transition_rate = o.transition_rate;
+    s.track_gain = o.track_gain;
+    s.track_automatic = o.track_linear < 0.0;
+    s.track_linear = o.track_linear;
+    s.track_angular = o.track_angular;
+    s.null_kind = o.null_motion;
+    s.null_gain = o.null_gain;
+    s.null_largest = o.null_largest;
+    s.null_failures = o.null_failures;
+    return s;
   }
-  void tell(int joint, const Fault& fault) noexcept { set_fault(state_, joint, fault); }
-#endif
 
   Arm arm_;
-  Options options_;
-  std::vector<double> numbers_, rates_, doubles_, nothing_;  // the last one NaN
-  std::vector<double> residual_ = std::vector<double>(6, 0.0);
-  std::vector<std::int8_t> small_, active_, bytes_;
-  std::vector<int> ints_;
-  std::vector<Fault> faults_;
-  ControllerState state_{};
-  Answer answer_{};
+  ControllerMemory memory_;
+  std::vector<double> nothing_;  // n: NaN
 };
 
 #if defined(STILLREACH_DISPATCH)

@@ -42,7 +42,7 @@ struct Cut {
 };
 
 void cut(Cut& from, const SetupHead& h, int dead) {
-  ControllerState& s = page.state;
+  Settings& s = page.state.settings;
   const int n = h.n;
   const bool full = h.full;
   s.arm.n = n;
@@ -52,11 +52,9 @@ void cut(Cut& from, const SetupHead& h, int dead) {
   s.m = h.m;
   const auto part = [&from](int has, int count) { return has ? from.take<double>(count) : nullptr; };
   s.metric = {part(h.has_rows, h.m * h.m), part(h.has_units, n), part(h.has_columns, n), part(full, n * n)};
-  double* const numbers = from.take<double>(kStateNumbers * n);
-  std::int8_t* const bytes = from.take<std::int8_t>(kStateBytes * n);
-  s.every_row = 0;  // room for both kinds of rows
-  s.rotary = point_into(s, numbers, bytes);
-  s.faults = from.take<Fault>(n);
+  each_array(page.state, n, [&from](auto*& to, int count) {
+    to = from.take<std::remove_pointer_t<std::remove_reference_t<decltype(to)>>>(count);
+  });
   page.answer.rates = from.take<double>(n);
   page.answer.residual = from.take<double>(6);
   page.answer.active = from.take<std::int8_t>(n);
@@ -119,25 +117,24 @@ EXPORT(load) int load(double follow, int dead, double resolution) {
   Cut from{static_cast<char*>(page.memory)};
   page.state = ControllerState{};
   cut(from, head, dead);
-  each_setting(page.state,
+  each_setting(page.state.settings,
                [&next](auto& value) { value = static_cast<std::remove_reference_t<decltype(value)>>(*next++); });
-  if (page.state.every_row) page.state.task_jacobian = page.state.jacobian;
   page.plant.follow = follow;
   page.plant.resolution = resolution;
-  for (int i = 0; i < head.n; ++i) page.state.faults[i] = const_cast<Fault*>(page.plant.faults)[i] = Fault{};
+  for (int i = 0; i < head.n; ++i) page.state.faults.of[i] = const_cast<Fault*>(page.plant.faults)[i] = Fault{};
   return head.n;
 }
 
 // Other settings for the same arm, from room(): what happened, and what is broken, stays.
 EXPORT(change) void change() {
   const double* next = page.given + kSetupHead;
-  each_setting(page.state,
+  each_setting(page.state.settings,
                [&next](auto& value) { value = static_cast<std::remove_reference_t<decltype(value)>>(*next++); });
-  page.state.task_jacobian = page.state.every_row ? page.state.jacobian : page.state.scratch + 10 * page.state.arm.n;
-  page.state.multiplier.known = 0;
-  page.state.bounds_stand = 0;
-  for (int i = 0; i < page.state.arm.n; ++i) page.state.closing[i] = CLOSING_RATE | CLOSING_POSITION;
-  bound_correction(page.state);
+  ControllerState& c = page.state;
+  c.last.multiplier.known = 0;
+  c.last.bounds_stand = 0;
+  for (int i = 0; i < c.settings.arm.n; ++i) c.last.closing[i] = CLOSING_RATE | CLOSING_POSITION;
+  bound_correction(c.settings, c.faults, c.now.scratch);
 }
 
 // What is wrong with a joint: in truth, or as far as the controller knows.
@@ -167,20 +164,31 @@ EXPORT(distances) void distances(int ticks, int stages, int along_pose) {
 
 // What the arm can do, as of the last tick: by its true faults, known or not. They are the plant's.
 EXPORT(look) void look() {
-  ControllerState state = page.state;
-  state.faults = const_cast<Fault*>(page.plant.faults);
-  look_into(state, page.rates, page.workspace, page.insight);
+  look_into(page.state.settings, {const_cast<Fault*>(page.plant.faults)}, page.state.now, page.rates, page.workspace,
+            page.insight);
 }
 
 // Addresses of what JavaScript reads and writes, in the order of memory.js.
 EXPORT(address) const void* address(int which) {
   const Record& r = page.record;
-  const ControllerState& s = page.state;
+  const Settings& s = page.state.settings;
   const Insight& i = page.insight;
-  const void* all[] = {page.q,    page.twists,  page.targets, page.noise,    page.asked, page.off,   page.rates,
-                       r.q,       r.measured,   r.rates,      r.pose,        r.command,  r.residual, r.task_error,
-                       r.damping, r.scale,      r.lower,      r.upper,       r.status,   r.health,   r.known,
-                       r.active,  s.rate_lower, s.rate_upper, s.null_vector, s.faults,   i.relative, i.costs,
-                       i.cost,    i.direction,  i.sigma,      i.axis,        &i.lost,    s.last};
+  const void* all[] = {page.q,        page.twists,
+                       page.targets,  page.noise,
+                       page.asked,    page.off,
+                       page.rates,    r.q,
+                       r.measured,    r.rates,
+                       r.pose,        r.command,
+                       r.residual,    r.task_error,
+                       r.damping,     r.scale,
+                       r.lower,       r.upper,
+                       r.status,      r.health,
+                       r.known,       r.active,
+                       s.rate_lower,  s.rate_upper,
+                       s.null_vector, page.state.faults.of,
+                       i.relative,    i.costs,
+                       i.cost,        i.direction,
+                       i.sigma,       i.axis,
+                       &i.lost,       page.state.last.rates};
   return all[which];
 }

@@ -36,7 +36,7 @@ extern "C" __global__ void tick_rows(int count, stillreach::ControllerState* con
   const int row = thread();
   if (row >= count) return;
   stillreach::ControllerState& c = controllers[row];
-  stillreach::Workspace w = workspace(c.arm.n, c.metric.joints != nullptr, row, doubles, ints, bytes);
-  stillreach::tick(c, q + static_cast<std::size_t>(row) * c.arm.n, twists + 6 * static_cast<std::size_t>(row),
+  stillreach::Workspace w = workspace(c.settings.arm.n, c.settings.metric.joints != nullptr, row, doubles, ints, bytes);
+  stillreach::tick(c, q + static_cast<std::size_t>(row) * c.settings.arm.n, twists + 6 * static_cast<std::size_t>(row),
                    targets ? targets + 12 * static_cast<std::size_t>(row) : nullptr, w, answers[row]);
 }

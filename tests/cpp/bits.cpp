@@ -13,9 +13,9 @@ struct Checksum {
     const unsigned char* byte = static_cast<const unsigned char*>(data);
     for (std::size_t i = 0; i < size; ++i) value = (value ^ byte[i]) * 1099511628211u;
   }
-  template <class T>
-  void add(const std::vector<T>& v) {
-    add(v.data(), v.size() * sizeof(T));
+  template <class All>
+  void add(const All& all) {
+    add(all.data(), all.size() * sizeof *all.data());
   }
 };
 
@@ -58,7 +58,7 @@ void rows(Checksum& sum, const Chain& chain, const stillreach::LawSettings& law,
   std::vector<double> rates(count * n), residual(count * m), damping(count);
   std::vector<std::int32_t> status(count);
   stillreach::Batch b{};
-  b.arm = robot.state.arm;
+  b.arm = robot.arm.view();
   b.law = law;
   b.m = m;
   b.every_row = m == 6;

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "stillreach/types.hpp"
+#include "stillreach/memory.hpp"
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kDegree = kPi / 180.0;
@@ -32,6 +32,7 @@ struct Chain {
   std::vector<double> placements, axes;
   std::vector<stillreach::JointKind> kinds;
   int n() const { return static_cast<int>(kinds.size()); }
+  stillreach::ArmMemory arm() const { return {kinds, placements.data(), axes.data()}; }
 
   void shift(double x, double y, double z) {
     const double T[16] = {1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1};

@@ -10,7 +10,6 @@
 
 #include "chains.hpp"
 #include "check.hpp"
-#include "stillreach/dispatch.hpp"
 
 using stillreach::kernel;
 
@@ -177,9 +176,10 @@ inline stillreach::LawSettings any_law() {
 
 // An arm of any placements, axes and scale.
 struct AnyArm {
-  std::vector<stillreach::Link> links;
-  stillreach::ArmView view;
-  explicit AnyArm(int n) : links(n) {
+  stillreach::ArmMemory memory;
+  stillreach::ArmView view = memory.view();
+  explicit AnyArm(int n) : memory(any(n)) {}
+  static stillreach::ArmMemory any(int n) {
     const double scale = below(5) ? 1.0 : decade(-12, 12);
     const bool turned = below(5) != 0;
     Numbers placements(16 * (n + 1), 0.0), axes(3 * n, 0.0);
@@ -194,8 +194,7 @@ struct AnyArm {
       axes[3 * i + below(3)] = below(2) ? 1.0 : -1.0;
       kinds[i] = below(5) ? stillreach::JointKind::REVOLUTE : stillreach::JointKind::PRISMATIC;
     }
-    view = kernel().align_axes(n, kinds.data(), placements.data(), axes.data(), links.data());
-    view.links = links.data();
+    return {kinds, placements.data(), axes.data()};
   }
   // A rotation into the upper left of a row-major 4 x 4 matrix, often by quarter turns.
   static void rotation(bool turned, double* T) {
@@ -212,15 +211,13 @@ struct AnyArm {
 };
 
 // Memory of one solve, exactly as long as asked for and full of rubbish.
-struct SolveMemory {
-  Numbers doubles;
-  std::vector<int> ints;
-  Codes bytes;
-  SolveMemory(int n, bool full)
-      : doubles(kernel().workspace_doubles(n, full), kNan),
-        ints(kernel().workspace_ints(n), 1 << 30),
-        bytes(kernel().workspace_bytes(n), 99) {}
-  stillreach::Memory view() { return {doubles.data(), ints.data(), bytes.data()}; }
+struct SolveMemory : stillreach::WorkspaceMemory {
+  SolveMemory(int n, bool full) : WorkspaceMemory(n, full) {
+    const stillreach::Memory to = view();
+    std::fill_n(to.doubles, kernel().workspace_doubles(n, full), kNan);
+    std::fill_n(to.ints, kernel().workspace_ints(n), 1 << 30);
+    std::fill_n(to.bytes, kernel().workspace_bytes(n), std::int8_t{99});
+  }
 };
 
 // A check whose first failures print the numbers of their case, which text() puts into words.

@@ -1,7 +1,8 @@
-// A robot's own C++ loop: owns the memory of a controller and of the core's workspace, every buffer exactly as long as
-// the headers ask for, so that the address sanitizer sees the first number written behind one.
+// A robot's own C++ loop over the memory of stillreach/memory.hpp, every buffer exactly as long as the headers ask for,
+// so that the address sanitizer sees the first number written behind one.
 #pragma once
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
 #include <utility>
@@ -15,16 +16,14 @@ using stillreach::kernel;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Scratch memory for n joints, as Kernel::solve, tick and rollout want it.
-struct Scratch {
-  std::vector<double> doubles;
-  std::vector<int> ints;
-  std::vector<std::int8_t> bytes;
-  Scratch(int n, bool full_joint_weight)
-      : doubles(kernel().workspace_doubles(n, full_joint_weight), -7e77),
-        ints(stillreach::workspace_ints(n), 123456789),
-        bytes(stillreach::workspace_bytes(n), 77) {}
-  stillreach::Memory memory() { return {doubles.data(), ints.data(), bytes.data()}; }
+// The core's memory for one solve, full of rubbish.
+struct Scratch : stillreach::WorkspaceMemory {
+  Scratch(int n, bool full_joint_weight) : WorkspaceMemory(n, full_joint_weight) {
+    const stillreach::Memory to = view();
+    std::fill_n(to.doubles, kernel().workspace_doubles(n, full_joint_weight), -7e77);
+    std::fill_n(to.ints, kernel().workspace_ints(n), 123456789);
+    std::fill_n(to.bytes, kernel().workspace_bytes(n), std::int8_t{77});
+  }
 };
 
 struct Options {
@@ -78,63 +77,50 @@ inline std::vector<double> coupling_matrix(int n) {
 }
 
 struct Robot {
-  int n, m;
-  std::vector<stillreach::Link> links;
-  std::vector<double> rate_lower, rate_upper, position_lower, position_upper, acceleration, null_vector, last, anchor;
-  std::vector<stillreach::Fault> faults;
-  std::vector<double> jacobian, selected, lower, upper, reference, kinematics_scratch, units, weight;
-  std::vector<std::int8_t> warm, lower_reason, upper_reason;
-  std::vector<double> rates, residual;
-  std::vector<std::int8_t> active;
-  Scratch scratch;
-  stillreach::ControllerState state{};
-  stillreach::Answer answer{};
+  template <class T>
+  using Span = stillreach::Span<T>;
+
+  stillreach::ArmMemory arm;
+  std::vector<double> units, weight;
+  stillreach::ControllerMemory core;
+  stillreach::ControllerState& state = core.state;
+  stillreach::Answer& answer = core.answer;
+  const int n = core.n(), m = state.settings.m;
+  const Span<double> rates = of(answer.rates), residual{answer.residual, stillreach::to_size(m)};
+  const Span<std::int8_t> active = of(answer.active);
+  const Span<stillreach::Fault> faults = of(state.faults.of);
+  const Span<double> last = of(state.last.rates), lower = of(state.now.bounds.lower),
+                     upper = of(state.now.bounds.upper);
+  const Span<std::int8_t> lower_reason = of(state.now.bounds.lower_reason);
+  const Span<double> jacobian{state.now.jacobian, stillreach::to_size(6 * n)}, reference = of(state.now.reference);
 
   Robot(const Chain& chain, const stillreach::LawSettings& law, const Options& o = {})
-      : n(chain.n()),
-        m(static_cast<int>(o.rows.size())),
-        links(n),
-        rate_lower(n, -o.rate),
-        rate_upper(n, o.rate),
-        position_lower(n, -o.position),
-        position_upper(n, o.position),
-        acceleration(n, o.acceleration),
-        null_vector(n, 0.25),
-        last(n),
-        anchor(n),
-        faults(n),
-        jacobian(6 * n),
-        selected(m * n),
-        lower(n),
-        upper(n),
-        reference(n),
-        kinematics_scratch(10 * n),
-        warm(n),
-        lower_reason(n),
-        upper_reason(n),
-        rates(n),
-        residual(m),
-        active(n),
-        scratch(n, o.joint_matrix) {
-    state.arm = kernel().align_axes(n, chain.kinds.data(), chain.placements.data(), chain.axes.data(), links.data());
-    if (o.joint_matrix) {
-      units.assign(n, 1.0);
-      weight = coupling_matrix(n);
-    }
-    tell(law, o);
-    point();
+      : arm(chain.arm()),
+        units(o.joint_matrix ? chain.n() : 0, 1.0),
+        weight(o.joint_matrix ? coupling_matrix(chain.n()) : units),
+        core(told(law, o)) {
+    core.workspace = Scratch(n, o.joint_matrix);
+    const stillreach::Settings& s = state.settings;
+    fill(s.rate_lower, -o.rate);
+    fill(s.rate_upper, o.rate);
+    fill(s.position_lower, -o.position);
+    fill(s.position_upper, o.position);
+    fill(s.acceleration, o.acceleration);
+    fill(s.null_vector, 0.25);
+    core.limits_changed();
   }
   Robot(const Robot&) = delete;
   Robot& operator=(const Robot&) = delete;
 
-  void tell(const stillreach::LawSettings& law, const Options& o) {
-    stillreach::ControllerState& s = state;
+  stillreach::Settings told(const stillreach::LawSettings& law, const Options& o) const {
+    stillreach::Settings s{};
+    s.arm = arm.view();
     s.law = law;
-    s.m = m;
+    if (o.joint_matrix) s.metric = {nullptr, units.data(), units.data(), weight.data()};
+    s.m = static_cast<int>(o.rows.size());
     s.tool_axes = o.tool_axes;
-    s.every_row = m == 6 && !o.tool_axes;
-    for (int r = 0; r < m; ++r) s.rows[r] = o.rows[r];
-    s.constant_bounds = o.position == kInfinity && o.acceleration == kInfinity;
+    s.every_row = s.m == 6 && !o.tool_axes;
+    for (int r = 0; r < s.m; ++r) s.rows[r] = o.rows[r];
     s.period = o.period;
     s.transition_rate = o.transition_rate;
     s.track_gain = 2.0;
@@ -143,42 +129,24 @@ struct Robot {
     s.null_failures = o.null_failures;
     s.null_gain = 0.5;
     s.null_largest = 0.5;
+    return s;
   }
 
-  void point() {
-    stillreach::ControllerState& s = state;
-    if (!weight.empty()) s.metric = {nullptr, units.data(), units.data(), weight.data()};
-    s.rate_lower = rate_lower.data();
-    s.rate_upper = rate_upper.data();
-    s.position_lower = position_lower.data();
-    s.position_upper = position_upper.data();
-    s.acceleration = acceleration.data();
-    s.null_vector = null_vector.data();
-    s.faults = faults.data();
-    s.last = last.data();
-    s.anchor = anchor.data();
-    s.active = warm.data();
-    s.jacobian = jacobian.data();
-    s.task_jacobian = s.every_row ? jacobian.data() : selected.data();
-    s.lower = lower.data();
-    s.upper = upper.data();
-    s.lower_reason = lower_reason.data();
-    s.upper_reason = upper_reason.data();
-    s.reference = reference.data();
-    s.scratch = kinematics_scratch.data();
-    answer.rates = rates.data();
-    answer.residual = residual.data();
-    answer.active = active.data();
+  template <class T>
+  Span<T> of(T* all) const {
+    return {all, stillreach::to_size(n)};
+  }
+  void fill(const double* setting, double value) {
+    std::fill_n(stillreach::ControllerMemory::writable(setting), n, value);
   }
 
   void fail(int joint, stillreach::Health kind = stillreach::Health::LOCKED, double first = 0.0, double second = 0.0) {
-    kernel().set_fault(state, joint, {kind, {first, second}});
+    core.set_fault(joint, {kind, {first, second}});
   }
   void restore(int joint) { fail(joint, stillreach::Health::HEALTHY); }
 
   std::int32_t tick(const double* q, const double* twist, const double* target = nullptr) {
-    kernel().tick(state, q, twist, target, scratch.memory(), answer);
-    return answer.status;
+    return core.tick(q, twist, target);
   }
 
   bool finite() const {

@@ -164,7 +164,7 @@ void rollouts_take_nothing() {
     const long before = taken();
     for (int stages : {1, 2})
       kernel().rollout(robot.state, q.data(), twists.data(), nullptr, steps, stages, true, nullptr,
-                       robot.scratch.memory(), robot.answer, scratch.data(), scratch_active.data(), to);
+                       robot.core.workspace.view(), robot.answer, scratch.data(), scratch_active.data(), to);
     CHECK(taken() == before);
   }
 }

@@ -26,14 +26,11 @@ double any_size(Random& random, int low, int high) {
 
 // Sine and cosine as the kernel that runs here computes them: the first axis of an arm of one joint.
 struct OneJoint {
-  Chain chain = planar_chain(1);
-  std::vector<stillreach::Link> links = std::vector<stillreach::Link>(1);
-  stillreach::ArmView arm =
-      kernel().align_axes(1, chain.kinds.data(), chain.placements.data(), chain.axes.data(), links.data());
+  stillreach::ArmMemory arm = planar_chain(1).arm();
   double cosine = 0.0, sine = 0.0;
   void turn(double angle) {
     double scratch[10], pose[12];
-    kernel().kinematics(arm, &angle, scratch, pose, nullptr);
+    kernel().kinematics(arm.view(), &angle, scratch, pose, nullptr);
     cosine = pose[0];
     sine = pose[1];
   }
@@ -84,7 +81,7 @@ void lanes_turn_as_one_joint_does() {
   double* aligned = doubles.data();
   while (reinterpret_cast<std::uintptr_t>(aligned) % 64 != 0) ++aligned;
   stillreach::KinematicsBatch batch{};
-  batch.arm = joint.arm;
+  batch.arm = joint.arm.view();
   batch.q = q.data();
   batch.pose = poses.data();
   kernel().kinematics_rows(batch, 0, rows, aligned);

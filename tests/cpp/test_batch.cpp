@@ -28,7 +28,7 @@ struct Setting {
 // Rows with places, twists and faults of every kind, and arrays for all answers.
 struct Rows {
   int n, m, count;
-  std::vector<stillreach::Link> links;
+  stillreach::ArmMemory arm;
   std::vector<double> q, jacobians, twist, lower, upper, reference, last, position_lower, position_upper, acceleration;
   std::vector<double> units, weight, task_weight;
   std::vector<std::int8_t> active;
@@ -37,10 +37,9 @@ struct Rows {
   Batch b{};
 
   Rows(const Chain& chain, const stillreach::LawSettings& law, const Setting& s, int rows, std::uint64_t seed)
-      : n(chain.n()), m(static_cast<int>(s.rows.size())), count(rows), links(n) {
+      : n(chain.n()), m(static_cast<int>(s.rows.size())), count(rows), arm(chain.arm()) {
     b.arm.n = n;
-    if (!s.jacobians)
-      b.arm = kernel().align_axes(n, chain.kinds.data(), chain.placements.data(), chain.axes.data(), links.data());
+    if (!s.jacobians) b.arm = arm.view();
     Random random(seed);
     q = random.vector(count * n, 3.0);
     twist = random.vector(count * (s.jacobians ? m : 6), 0.5);
@@ -151,7 +150,7 @@ struct Rows {
                                   b.reference ? b.reference + row * n : nullptr,
                                   b.metric};
       stillreach::Answer a{own.data(), left.data(), bound.data(), 0, 0, 0.0, 1.0, 0.0};
-      kernel().solve(b.law, p, scratch.memory(), a);
+      kernel().solve(b.law, p, scratch.view(), a);
       CHECK(std::memcmp(own.data(), &rates[row * n], sizeof(double) * n) == 0);
       CHECK(std::memcmp(left.data(), &residual[row * m], sizeof(double) * m) == 0);
       for (int i = 0; i < n; ++i) CHECK(active[row * n + i] == stillreach::bound_reason(bound[i]));
@@ -258,13 +257,13 @@ void nothing_but_rates_and_status_is_enough() {
 // Poses, Jacobians and singular values of `count` rows; as the single function has them, and det(J J') by elimination.
 void kinematics(const Chain& chain, int count, bool joint_matrix) {
   const int n = chain.n(), k = n > 2 ? n - 1 : n, most = k < 6 ? k : 6;
-  std::vector<stillreach::Link> links(n);
+  const stillreach::ArmMemory arm = chain.arm();
   std::vector<double> pose(16 * count), jacobian(6 * n * count), sigma(most * count), product(count);
   const std::vector<double> q = Random(n + count).vector(n * count, 2.0), weight = coupling_matrix(n), units(n, 1.0);
   std::vector<int> joints(k);
   for (int j = 0; j < k; ++j) joints[j] = n - 1 - j;
   stillreach::KinematicsBatch b{};
-  b.arm = kernel().align_axes(n, chain.kinds.data(), chain.placements.data(), chain.axes.data(), links.data());
+  b.arm = arm.view();
   b.q = q.data();
   b.pose = pose.data();
   b.jacobian = jacobian.data();

@@ -1,4 +1,4 @@
-// The front door computes what the core does with memory laid out by hand, refuses what is wrong, and never throws in
+// The front door computes what the core does, refuses what is wrong, and never throws in
 // the loop.
 #include "check.hpp"
 #include "robot.hpp"
@@ -44,7 +44,7 @@ Controller controller_of(const Chain& chain, const stillreach::LawSettings& law,
   return Controller(Arm(joints_of(chain, o), tool_of(chain)), options);
 }
 
-void the_same_bits_as_by_hand() {
+void the_same_bits_as_the_core() {
   int laws = 0;
   for (const NamedLaw& law : every_law())
     for (int variant = 0; variant < 6; ++variant) {
@@ -81,7 +81,7 @@ void the_same_bits_as_by_hand() {
         }
         const std::int32_t status = tracks ? door.track(q, target, twist, rates) : door.step(q, twist, rates);
         CHECK(status == robot.tick(q.data(), twist.data(), tracks ? frame : nullptr));
-        CHECK(rates == robot.rates);
+        CHECK(std::equal(rates.begin(), rates.end(), robot.rates.begin()));
         CHECK(door.task_error() == robot.answer.task_error);
         CHECK(std::equal(robot.lower.begin(), robot.lower.end(), door.lower().data()));
         CHECK(door.health(5) == (t >= 60 ? stillreach::Health::DERATED : stillreach::Health::HEALTHY));
@@ -213,6 +213,8 @@ void the_loop_takes_anything() {
   CHECK(door.step(few, twist, rates) & stillreach::INVALID_INPUT);
   CHECK(door.step(q, none, rates) & stillreach::INVALID_INPUT);
   CHECK(door.track(q, few, twist, rates) & stillreach::INVALID_INPUT);
+  for (double bad : {-0.01, kInfinity, std::nan("")})
+    CHECK(door.step(q, twist, rates, bad) & stillreach::INVALID_INPUT);
   for (double bad : {std::nan(""), kInfinity}) {
     std::vector<double> spoiled = q;
     spoiled[1] = bad;
@@ -231,6 +233,59 @@ void the_loop_takes_anything() {
   door.step(q, twist, rates);
   for (double rate : rates) CHECK(std::abs(rate) <= 0.02);
   door.reset();
+}
+
+// One joint that turns about the task's axis, 0.35 rad before its position limit: with later periods that may be
+// shorter, v period + v^2 / (2 a) = room, at 2 rad/s^2.
+void periods_may_change_from_tick_to_tick() {
+  Options o;
+  o.rate = 9.0;
+  o.position = 0.35;
+  o.acceleration = 2.0;
+  stillreach::Options options;
+  options.rows = {5};
+  Controller door(Arm(joints_of(planar_chain(1), o), tool_of(planar_chain(1))), options);
+  const std::vector<double> q = {0.0}, twist = {0, 0, 0, 0, 0, 5}, moving = {1.0};
+  std::vector<double> rates(1);
+  for (const double period : {0.1, 0.05}) {
+    door.reset(moving);
+    CHECK(!(door.step(q, twist, rates, period) & stillreach::LIMIT_GIVEN_UP));
+    const double most = 2.0 * (std::sqrt(period * period + 0.35) - period);
+    CHECK_NEAR(rates[0], std::min(most, 1.0 + 2.0 * period), 1e-12);
+  }
+  CHECK(door.state().settings.period == options.period && door.state().settings.uneven == 0);
+}
+
+// Whoever needs more than the door shows reads the state, or owns it: limits that differ by direction, a speed below 1.
+void the_memory_behind_the_door_is_open() {
+  const Chain chain = planar_chain(3);
+  Options o;
+  o.rows = {0, 1};
+  Robot robot(chain, law_settings(stillreach::LawKind::LEAST_ERROR), o);
+  const std::vector<double> q = {0.3, 0.5, 0.2}, twist = {0.4, 0.3, 0, 0, 0, 0};
+  robot.core.writable(robot.state.settings.rate_upper)[1] = 0.05;
+  robot.core.limits_changed();
+  robot.tick(q.data(), twist.data());
+  CHECK(robot.lower[1] == -1.0 && robot.upper[1] == 0.05 && robot.rates[1] <= 0.05);
+  const double whole = robot.answer.task_error;
+  robot.state.settings.speed = 0.25;
+  robot.tick(q.data(), twist.data());
+  CHECK(robot.state.now.command[0] == 0.1 && robot.answer.task_error <= whole);
+
+  const stillreach::ArmMemory copy = robot.arm;  // shares the links
+  CHECK(copy.view().links == robot.arm.view().links && copy.n() == 3);
+  stillreach::ControllerMemory here(robot.state.settings), there(std::move(here));
+  for (int i = 0; i < 3; ++i) {
+    there.writable(there.state.settings.rate_lower)[i] = -1.0;
+    there.writable(there.state.settings.rate_upper)[i] = 1.0;
+    there.writable(there.state.settings.position_lower)[i] = -kInfinity;
+    there.writable(there.state.settings.position_upper)[i] = there.writable(there.state.settings.acceleration)[i] =
+        kInfinity;
+  }
+  there.limits_changed();
+  CHECK(there.state.settings.constant_bounds);
+  there.tick(q.data(), twist.data());
+  CHECK(there.answer.rates[0] != 0.0 && there.state.settings.rate_lower != robot.state.settings.rate_lower);
 }
 
 void a_loop_begins_on_an_arm_that_moves() {
@@ -257,10 +312,12 @@ void a_loop_begins_on_an_arm_that_moves() {
 }  // namespace
 
 int main() {
-  the_same_bits_as_by_hand();
+  the_same_bits_as_the_core();
   what_is_wrong_is_said();
   joints_follow_others();
   the_loop_takes_anything();
   a_loop_begins_on_an_arm_that_moves();
+  periods_may_change_from_tick_to_tick();
+  the_memory_behind_the_door_is_open();
   return finish("front door");
 }

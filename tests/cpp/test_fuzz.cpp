@@ -59,114 +59,81 @@ static void solve_case() {
   check_scalars(a, d);
 }
 
-// A controller and everything that its state points to.
+// A controller of any settings.
 struct AnyController {
-  int n, m;
   AnyArm arm;
   Weights weights;
-  ControllerState s{};
-  Numbers rate_lower, rate_upper, position_lower, position_upper, acceleration, null_vector, last, anchor;
-  std::vector<Fault> faults;
-  Numbers J, rows, lower, upper, reference, scratch;
-  Codes warm, lower_reason, upper_reason;
-  AnyController(int joints, int task_rows)
-      : n(joints),
-        m(task_rows),
-        arm(n),
-        weights(m, n),
-        rate_lower(n),
-        rate_upper(n),
-        position_lower(n),
-        position_upper(n),
-        acceleration(n),
-        null_vector(numbers(n, false)),
-        last(n),
-        anchor(n),
-        faults(n),
-        J(6 * n),
-        rows(m * n),
-        lower(n),
-        upper(n),
-        reference(n),
-        scratch(10 * n),
-        warm(n),
-        lower_reason(n),
-        upper_reason(n) {
-    s.arm = arm.view;
-    s.law = any_law();
-    s.metric = weights.view();
-    s.m = m;
-    s.tool_axes = below(2);
-    s.every_row = m == 6 && !s.tool_axes;
-    for (int r = 0; r < m; ++r) s.rows[r] = r + 6 - m;
-    s.period = below(3) ? 0.01 : decade(-320, 308);
-    s.return_rate = below(3) ? 0.0 : decade(-308, 308);
-    s.transition_rate = below(3) ? 2.0 : decade(-308, 308);
-    s.track_gain = below(4) ? 2.0 : decade(-308, 308);
-    s.track_linear = below(2) ? kInfinity : decade(-308, 10);
-    s.track_angular = below(2) ? kInfinity : below(2);
-    s.null_kind = static_cast<NullMotionKind>(below(8));
-    s.null_failures = 1 + below(8);
-    s.null_gain = below(3) ? 1.0 : decade(-308, 308);
-    s.null_largest = below(2) ? kInfinity : decade(-308, 308);
+  ControllerMemory core;
+  const Settings& s = core.state.settings;
+  const int n = core.n();
+  AnyController(int joints, int task_rows) : arm(joints), weights(task_rows, joints), core(told(task_rows)) {
+    core.workspace = SolveMemory(n, !weights.joints.empty());
+    for (int i = 0; i < n; ++i) core.answer.rates[i] = kNan;
+    const Numbers vector = numbers(n, false);
+    for (int i = 0; i < n; ++i) at(s.null_vector, i) = vector[i];
     any_limits();
-    s.rate_lower = rate_lower.data();
-    s.rate_upper = rate_upper.data();
-    s.position_lower = position_lower.data();
-    s.position_upper = position_upper.data();
-    s.acceleration = acceleration.data();
-    s.null_vector = null_vector.data();
-    s.faults = faults.data();
-    s.last = last.data();
-    s.anchor = anchor.data();
-    s.active = warm.data();
-    s.jacobian = J.data();
-    s.task_jacobian = s.every_row ? J.data() : rows.data();
-    s.lower = lower.data();
-    s.upper = upper.data();
-    s.lower_reason = lower_reason.data();
-    s.upper_reason = upper_reason.data();
-    s.reference = reference.data();
-    s.scratch = scratch.data();
+  }
+  static double& at(const double* setting, int i) { return ControllerMemory::writable(setting)[i]; }
+  Settings told(int m) const {
+    Settings t{};
+    t.arm = arm.view;
+    t.law = any_law();
+    t.metric = weights.view();
+    t.m = m;
+    t.tool_axes = below(2);
+    t.every_row = m == 6 && !t.tool_axes;
+    for (int r = 0; r < m; ++r) t.rows[r] = r + 6 - m;
+    t.period = below(3) ? 0.01 : decade(-320, 308);
+    t.return_rate = below(3) ? 0.0 : decade(-308, 308);
+    t.transition_rate = below(3) ? 2.0 : decade(-308, 308);
+    t.track_gain = below(4) ? 2.0 : decade(-308, 308);
+    t.track_linear = below(2) ? kInfinity : decade(-308, 10);
+    t.track_angular = below(2) ? kInfinity : below(2);
+    t.null_kind = static_cast<NullMotionKind>(below(8));
+    t.null_failures = 1 + below(8);
+    t.null_gain = below(3) ? 1.0 : decade(-308, 308);
+    t.null_largest = below(2) ? kInfinity : decade(-308, 308);
+    return t;
   }
   void any_limits() {
     const double speed = decade(below(3) ? 0 : -320, below(3) ? 0 : 308),
                  room = decade(below(3) ? 0 : -320, below(3) ? 0 : 308);
     const double quickness = decade(below(3) ? 0 : -320, below(3) ? 0 : 308);
     const int rates = below(4), positions = below(4), accelerations = below(3);
-    s.constant_bounds = 1;
     for (int i = 0; i < n; ++i) {
-      rate_lower[i] = rates ? -between(0, 1) * speed : -kInfinity;
-      rate_upper[i] = rates ? between(0, 1) * speed : kInfinity;
-      if (below(8) == 0) rate_lower[i] = rate_upper[i] = 0.0;
-      position_lower[i] = positions ? -between(0, 1) * room : -kInfinity;
-      position_upper[i] = positions ? between(0, 1) * room : kInfinity;
-      if (positions == 2) position_lower[i] = position_upper[i];
-      acceleration[i] = accelerations ? between(0, 1) * quickness : kInfinity;
-      if (below(12) == 0) acceleration[i] = 0.0;
-      s.constant_bounds &=
-          std::isinf(position_lower[i]) && std::isinf(position_upper[i]) && std::isinf(acceleration[i]);
+      at(s.rate_lower, i) = rates ? -between(0, 1) * speed : -kInfinity;
+      at(s.rate_upper, i) = rates ? between(0, 1) * speed : kInfinity;
+      if (below(8) == 0) at(s.rate_lower, i) = at(s.rate_upper, i) = 0.0;
+      at(s.position_lower, i) = positions ? -between(0, 1) * room : -kInfinity;
+      at(s.position_upper, i) = positions ? between(0, 1) * room : kInfinity;
+      if (positions == 2) at(s.position_lower, i) = s.position_upper[i];
+      at(s.acceleration, i) = accelerations ? between(0, 1) * quickness : kInfinity;
+      if (below(12) == 0) at(s.acceleration, i) = 0.0;
     }
+    core.limits_changed();
   }
-  std::string shown_with(const Numbers& q, const Numbers& before, const Numbers& rates) const {
-    return "tick: " + shown(s.law) + shown("period", &s.period, 1) + shown("rates", rates.data(), n) +
-           shown("lower", lower.data(), n) + shown("upper", upper.data(), n) + shown("q", q.data(), n) +
-           shown("before", before.data(), n) + shown("acceleration", acceleration.data(), n);
+  std::string shown_with(const Numbers& q, const Numbers& before) const {
+    const RateBounds& bounds = core.state.now.bounds;
+    return "tick: " + shown(s.law) + shown("period", &s.period, 1) + shown("rates", core.answer.rates, n) +
+           shown("lower", bounds.lower, n) + shown("upper", bounds.upper, n) + shown("q", q.data(), n) +
+           shown("before", before.data(), n) + shown("acceleration", s.acceleration, n);
   }
 };
 
-static void check_tick(const AnyController& c, const Numbers& q, const Numbers& before, const Answer& a,
-                       const Numbers& rates, bool right_input) {
-  const auto d = [&] { return c.shown_with(q, before, rates); };
-  expect(finite(rates), "rates are finite", d);
+static void check_tick(const AnyController& c, const Numbers& q, const Numbers& before, bool right_input) {
+  const Answer& a = c.core.answer;
+  const Settings& s = c.s;
+  const RateBounds& bounds = c.core.state.now.bounds;
+  const auto d = [&] { return c.shown_with(q, before); };
+  expect(finite(a.rates, c.n), "rates are finite", d);
   expect(right_input || (a.status & INVALID_INPUT), "input that is not finite is told", d);
   for (int i = 0; i < c.n; ++i) {
-    const double rate = rates[i], period = c.s.period;
-    const Fault& fault = c.faults[i];
+    const double rate = a.rates[i], period = s.period;
+    const Fault& fault = c.core.state.faults.of[i];
     const bool stands = fault.health == Health::LOCKED || fault.health == Health::FREE_SWINGING;
     if (stands) expect(rate == 0.0, "a joint that is not commanded stands still", d);
     if (fault.health == Health::RUNAWAY) expect(rate == fault.number[0], "a runaway joint has its rate", d);
-    if (stands || fault.health == Health::RUNAWAY || c.s.law.kind == LawKind::PSEUDOINVERSE) continue;
+    if (stands || fault.health == Health::RUNAWAY || s.law.kind == LawKind::PSEUDOINVERSE) continue;
     const double left = fault.health == Health::DERATED ? fault.number[0] : 1.0;
     if (fault.health == Health::ONE_WAY)
       expect(rate * fault.number[0] >= 0.0, "a one-way joint keeps its direction", d);
@@ -179,16 +146,16 @@ static void check_tick(const AnyController& c, const Numbers& q, const Numbers& 
       expect(!(q[i] > fault.number[0] && std::isfinite(next)) || next >= fault.number[0] - slack,
              "a confined joint stays inside", d);
     }
-    expect(left == 0.0 ? rate == 0.0 : rate >= c.rate_lower[i] * left && rate <= c.rate_upper[i] * left,
+    expect(left == 0.0 ? rate == 0.0 : rate >= s.rate_lower[i] * left && rate <= s.rate_upper[i] * left,
            "the rate limit is kept", d);
-    expect(rate >= c.lower[i] && rate <= c.upper[i], "rates are inside the bounds", d);
-    const double step = c.acceleration[i] * period;
+    expect(rate >= bounds.lower[i] && rate <= bounds.upper[i], "rates are inside the bounds", d);
+    const double step = s.acceleration[i] * period;
     if (left != 0.0 && std::isfinite(step) && !(a.status & LIMIT_GIVEN_UP))
       expect(std::fabs(rate - before[i]) <= step * (1 + 2e-9) + 4e-16 * std::fabs(before[i]) + 1e-323,
              "the acceleration limit is kept, or given up", d);
-    if (!(q[i] >= c.position_lower[i] && q[i] <= c.position_upper[i])) continue;
+    if (!(q[i] >= s.position_lower[i] && q[i] <= s.position_upper[i])) continue;
     const double next = q[i] + period * rate, slack = 1e-9 * (std::fabs(q[i]) + std::fabs(period * rate)) + 1e-300;
-    expect(!std::isfinite(next) || (next <= c.position_upper[i] + slack && next >= c.position_lower[i] - slack),
+    expect(!std::isfinite(next) || (next <= s.position_upper[i] + slack && next >= s.position_lower[i] - slack),
            "the position limit is kept", d);
   }
   check_scalars(a, d);
@@ -200,7 +167,7 @@ static void any_target(const ControllerState& s, double* target) {
   for (int c = 0; c < 3; ++c)
     for (int r = 0; r < 3; ++r) target[3 * c + r] = T[4 * r + c];
   if (below(4) == 0)  // half a turn from where the tool is
-    for (int k = 0, keep = below(3); k < 9; ++k) target[k] = s.pose[k] * (k / 3 == keep ? 1.0 : -1.0);
+    for (int k = 0, keep = below(3); k < 9; ++k) target[k] = s.now.pose[k] * (k / 3 == keep ? 1.0 : -1.0);
   for (int r = 0; r < 3; ++r) target[9 + r] = number(any_style(false));
   if (below(12) == 0) target[below(12)] = number(any_style(true));
 }
@@ -225,25 +192,21 @@ static Fault any_fault() {
 static void tick_case() {
   AnyController c(1 + below(below(10) ? 11 : 40), below(2) ? 6 : 1 + below(6));
   const int n = c.n;
-  Numbers rates(n, kNan), residual(6, kNan), q = below(3) ? rng.vector(n, 3.0) : numbers(n, true);
-  Codes active(n);
-  SolveMemory memory(n, !c.weights.joints.empty());
-  Answer a{rates.data(), residual.data(), active.data(), 0, 0, 0, 1, 0};
+  const double* const rates = c.core.answer.rates;
+  Numbers q = below(3) ? rng.vector(n, 3.0) : numbers(n, true);
   for (int t = 0; t < 12; ++t) {
-    if (below(3) == 0) {
-      kernel().set_fault(c.s, below(n), any_fault());
-    }
+    if (below(3) == 0) c.core.set_fault(below(n), any_fault());
     if (below(8) == 0) {
       const int i = below(n);
-      q[i] = below(2) ? c.position_upper[i] : c.position_lower[i];
+      q[i] = below(2) ? c.s.position_upper[i] : c.s.position_lower[i];
     }
     if (below(10) == 0) q = numbers(n, true);
-    const Numbers twist = numbers(6, true), before = c.last;
+    const Numbers twist = numbers(6, true), before(c.core.state.last.rates, c.core.state.last.rates + n);
     double target[12];
     const bool track = below(3) == 0;
-    if (track) any_target(c.s, target);
-    kernel().tick(c.s, q.data(), twist.data(), track ? target : nullptr, memory.view(), a);
-    check_tick(c, q, before, a, rates, finite(q) && finite(twist) && (!track || finite(target, 12)));
+    if (track) any_target(c.core.state, target);
+    c.core.tick(q.data(), twist.data(), track ? target : nullptr);
+    check_tick(c, q, before, finite(q) && finite(twist) && (!track || finite(target, 12)));
     for (int i = 0; i < n; ++i)
       if (std::isfinite(q[i] + c.s.period * rates[i])) q[i] += c.s.period * rates[i];
   }

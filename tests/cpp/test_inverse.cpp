@@ -11,7 +11,7 @@ using stillreach::Inverse;
 
 struct Search {
   int n, count, solutions;
-  std::vector<stillreach::Link> links;
+  stillreach::ArmMemory arm;
   std::vector<double> target, start, lower, upper, low_start, range, step, values, q, residual;
   std::vector<std::int8_t> turns;
   std::vector<Hold> hold;
@@ -19,8 +19,8 @@ struct Search {
   Inverse v{};
 
   Search(const Chain& chain, int rows, bool limits, int ways, std::uint64_t seed)
-      : n(chain.n()), count(rows), solutions(ways), links(n) {
-    v.batch.arm = kernel().align_axes(n, chain.kinds.data(), chain.placements.data(), chain.axes.data(), links.data());
+      : n(chain.n()), count(rows), solutions(ways), arm(chain.arm()) {
+    v.batch.arm = arm.view();
     v.batch.law = law_settings(stillreach::LawKind::LEAST_ERROR);
     v.batch.m = 6;
     for (int r = 0; r < 6; ++r) v.batch.rows[r] = r;

@@ -8,13 +8,12 @@
 namespace {
 
 struct Kinematics {
-  std::vector<stillreach::Link> links;
-  std::vector<double> scratch, jacobian;
+  stillreach::ArmMemory memory;
   stillreach::ArmView arm;
+  std::vector<double> scratch, jacobian;
   double pose[12];
-  explicit Kinematics(const Chain& c) : links(c.n()), scratch(10 * c.n()), jacobian(6 * c.n() + 1, 1234.5) {
-    arm = kernel().align_axes(c.n(), c.kinds.data(), c.placements.data(), c.axes.data(), links.data());
-  }
+  explicit Kinematics(const Chain& c)
+      : memory(c.arm()), arm(memory.view()), scratch(10 * c.n()), jacobian(6 * c.n() + 1, 1234.5) {}
   Kinematics(const Kinematics&) = delete;
   Kinematics& operator=(const Kinematics&) = delete;
   void at(const std::vector<double>& q, bool with_jacobian = true) {

@@ -27,7 +27,7 @@ void ask(const stillreach::LawSettings& law, const Question& q, Reply& r) {
   r.answer.residual = r.residual.data();
   r.answer.active = r.active.data();
   Scratch scratch(q.n, !q.weight.empty());
-  kernel().solve(law, p, scratch.memory(), r.answer);
+  kernel().solve(law, p, scratch.view(), r.answer);
 }
 
 double largest(const std::vector<double>& v) {

@@ -8,14 +8,14 @@ namespace {
 
 struct Case {
   int n, m, sizes, count = 0;
-  std::vector<stillreach::Link> links;
+  stillreach::ArmMemory arm;
   std::vector<double> q, rates, scales, whole, joint, worst, every;
   std::vector<std::int32_t> which, sets;
   stillreach::LossBatch b{};
 
   Case(const Chain& chain, int rows, int most, int configurations)
-      : n(chain.n()), m(rows), sizes(most), links(n), rates(n, 1.0), scales(m, 1.0) {
-    b.arm = kernel().align_axes(n, chain.kinds.data(), chain.placements.data(), chain.axes.data(), links.data());
+      : n(chain.n()), m(rows), sizes(most), arm(chain.arm()), rates(n, 1.0), scales(m, 1.0) {
+    b.arm = arm.view();
     Random random(static_cast<std::uint64_t>(17 + n));
     q = random.vector(configurations * n, 2.0);
     long of_size = 1;

@@ -26,6 +26,11 @@ bool same(const std::vector<T>& a, const std::vector<T>& b) {
   return same(a.data(), b.data(), a.size());
 }
 
+template <class T>
+bool same(stillreach::Span<T> a, stillreach::Span<T> b) {
+  return same(a.data(), b.data(), a.size());
+}
+
 bool same_answer(const stillreach::Answer& a, const stillreach::Answer& b) {
   return a.status == b.status && a.iterations == b.iterations && same(&a.damping, &b.damping, 1) &&
          same(&a.scale, &b.scale, 1) && same(&a.task_error, &b.task_error, 1);
@@ -33,9 +38,8 @@ bool same_answer(const stillreach::Answer& a, const stillreach::Answer& b) {
 
 bool same_tick(const Robot& a, const Robot& b) {
   return same_answer(a.answer, b.answer) && same(a.rates, b.rates) && same(a.residual, b.residual) &&
-         same(a.active, b.active) && same(a.state.pose, b.state.pose, 12) &&
-         same(a.jacobian.data(), b.jacobian.data(), 6 * a.n) && same(a.lower, b.lower) && same(a.upper, b.upper) &&
-         same(a.reference, b.reference);
+         same(a.active, b.active) && same(a.state.now.pose, b.state.now.pose, 12) && same(a.jacobian, b.jacobian) &&
+         same(a.lower, b.lower) && same(a.upper, b.upper) && same(a.reference, b.reference);
 }
 
 // A walk with faults on the way, closed loop on a target in its second half; every 40th tick from another pose.
@@ -57,8 +61,8 @@ long differences(const Chain& chain, const NamedLaw& law, const Options& o, int 
       plain().set_fault(scalar.state, joint, fault);
     }
     const double* aim = t >= ticks / 2 ? target : nullptr;
-    kernel().tick(vector.state, q.data(), twist.data(), aim, vector.scratch.memory(), vector.answer);
-    plain().tick(scalar.state, q.data(), twist.data(), aim, scalar.scratch.memory(), scalar.answer);
+    kernel().tick(vector.state, q.data(), twist.data(), aim, vector.core.workspace.view(), vector.answer);
+    plain().tick(scalar.state, q.data(), twist.data(), aim, scalar.core.workspace.view(), scalar.answer);
     count += !same_tick(vector, scalar);
     for (int i = 0; i < vector.n; ++i) q[i] += 0.01 * vector.rates[i];
   }
@@ -112,7 +116,7 @@ void test_laws_on_jacobians_of_any_rank() {
         answer[k].residual = residual[k].data();
         answer[k].active = active[k].data();
         Scratch scratch(n, false);
-        (k ? plain() : kernel()).solve(law.settings, p, scratch.memory(), answer[k]);
+        (k ? plain() : kernel()).solve(law.settings, p, scratch.view(), answer[k]);
       }
       CHECK(same_answer(answer[0], answer[1]) && same(rates[0], rates[1]) && same(residual[0], residual[1]) &&
             same(active[0], active[1]));
@@ -131,7 +135,7 @@ void test_kinematics_at_any_angle() {
       for (int k = 0; k < 2; ++k) {
         pose[k].resize(12), jacobian[k].resize(6 * n);
         (k ? plain() : kernel())
-            .kinematics(robot.state.arm, q.data(), scratch.data(), pose[k].data(), jacobian[k].data());
+            .kinematics(robot.arm.view(), q.data(), scratch.data(), pose[k].data(), jacobian[k].data());
       }
       CHECK(same(pose[0], pose[1]) && same(jacobian[0].data(), jacobian[1].data(), 6 * n));
     }
@@ -173,7 +177,7 @@ void test_batches_of_every_law() {
   for (const NamedLaw& law : every_law())
     for (int m : {3, 6}) {
       stillreach::Batch b{};
-      b.arm = robot.state.arm;
+      b.arm = robot.arm.view();
       b.law = law.settings;
       b.m = m;
       b.every_row = m == 6;

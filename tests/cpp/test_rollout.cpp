@@ -37,7 +37,7 @@ struct Rollout {
                                 residual.data(), task_error.data(), damping.data(), scale.data(), lower.data(),
                                 upper.data(),    status.data(),     health.data(),  known.data(), active.data()};
     kernel().rollout(robot.state, at.data(), twists.data(), targets, steps, stages, advance, nullptr,
-                     robot.scratch.memory(), robot.answer, scratch.data(), scratch_active.data(), to);
+                     robot.core.workspace.view(), robot.answer, scratch.data(), scratch_active.data(), to);
   }
 };
 

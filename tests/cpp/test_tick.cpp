@@ -188,7 +188,7 @@ void position_limits_are_not_passed() {
     Robot robot(planar_chain(4), law.settings, o);
     std::vector<double> q(4, 0.0);
     for (int t = 0; t < 300; ++t) {
-      const std::vector<double> before = robot.rates;
+      const std::vector<double> before(robot.rates.begin(), robot.rates.end());
       robot.tick(q.data(), twist);
       CHECK(robot.inside());
       CHECK(!(robot.answer.status & stillreach::LIMIT_GIVEN_UP));
@@ -222,7 +222,7 @@ void every_choice_of_rows() {
           const int h = o.rows[r] < 3 ? 0 : 3, axis = o.rows[r] - h;
           double off = 0.0;
           for (int i = 0; i < 3; ++i)
-            off += (tool ? robot.state.pose[3 * axis + i] : i == axis) * (twist[h + i] - tip[h + i]);
+            off += (tool ? robot.state.now.pose[3 * axis + i] : i == axis) * (twist[h + i] - tip[h + i]);
           CHECK_NEAR(robot.residual[r], off, 1e-14);
           if (reaches_the_task(law)) CHECK_NEAR(off, 0.0, 1e-12);
         }
@@ -291,12 +291,12 @@ void tracking_ends_at_the_target() {
   goal[7] += 0.3;
   robot.tick(goal.data(), kStill);
   double target[12];
-  std::memcpy(target, robot.state.pose, sizeof target);
+  std::memcpy(target, robot.state.now.pose, sizeof target);
   for (int t = 0; t < 1000; ++t) {
     robot.tick(q.data(), kStill, target);
     for (int i = 0; i < 9; ++i) q[i] += 0.01 * robot.rates[i];
   }
-  for (int i = 0; i < 12; ++i) CHECK_NEAR(robot.state.pose[i], target[i], 1e-6);
+  for (int i = 0; i < 12; ++i) CHECK_NEAR(robot.state.now.pose[i], target[i], 1e-6);
 }
 
 // From 1 rad/s to a new limit of 0.3: by 0.02 a tick, the acceleration limit; a fault does not wait.
@@ -307,10 +307,9 @@ void new_limits_close_in() {
   o.rows = {5};
   Robot robot(planar_chain(1), law_settings(stillreach::LawKind::LEAST_ERROR), o);
   const double twist[6] = {0, 0, 0, 0, 0, 5}, q[1] = {0.0};
-  std::int8_t closing[1] = {stillreach::CLOSING_RATE};
   robot.last[0] = 1.0;
-  robot.rate_upper[0] = 0.3;
-  robot.state.closing = closing;
+  stillreach::ControllerMemory::writable(robot.state.settings.rate_upper)[0] = 0.3;
+  robot.core.limits_changed(stillreach::CLOSING_RATE);
   for (int t = 1; t <= 20; ++t) {
     CHECK(!(robot.tick(q, twist) & stillreach::LIMIT_GIVEN_UP));
     CHECK_NEAR(robot.rates[0], 1.0 - 0.02 * t, 1e-12);
@@ -331,8 +330,7 @@ void uneven_periods_brake_earlier() {
   Robot robot(planar_chain(1), law_settings(stillreach::LawKind::LEAST_ERROR), o);
   const double twist[6] = {0, 0, 0, 0, 0, 5}, q[1] = {0.0};
   robot.last[0] = 1.0;
-  robot.state.uneven = 1;
-  robot.tick(q, twist);
+  robot.core.tick(q, twist, nullptr, o.period);
   CHECK_NEAR(robot.rates[0], 1.0, 1e-12);
 }
 
@@ -363,7 +361,7 @@ void a_confined_joint_stops_inside_and_comes_back_from_outside() {
       q[0] = side * 0.7;  // outside, at rest
       robot.last[0] = 0.0;
       robot.tick(q, twist);
-      CHECK(robot.rates[0] == 0.0 && robot.state.lower[0] <= 0.0 && robot.state.upper[0] >= 0.0);
+      CHECK(robot.rates[0] == 0.0 && robot.lower[0] <= 0.0 && robot.upper[0] >= 0.0);
       for (double& w : twist) w = -w;
       for (double t = 0.0; t < 2.0; t += period) {
         robot.tick(q, twist);

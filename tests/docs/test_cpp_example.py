@@ -40,7 +40,7 @@ def built_and_run(code: str, folder: Path, compiler: str) -> str:
 
 
 def test_the_page_has_programs_and_says_what_they_print() -> None:
-    assert len(PROGRAMS) == 3
+    assert len(PROGRAMS) == 4
     assert all("int main()" in program.code and program.output for program in PROGRAMS)
 
 

@@ -56,6 +56,7 @@ HEADER_LAYERS = ("simd", "linear", "kinematics", "problem", "bounded", "laws", "
 LAST_HEADERS = {
     "kernel.hpp",
     "dispatch.hpp",
+    "memory.hpp",
     "cuda.hpp",
     "stillreach.hpp",
     "urdf.hpp",

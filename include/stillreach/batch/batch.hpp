@@ -126,25 +126,23 @@ struct LimitedStatus {
 inline LimitedStatus limited_bounds(const Batch& b, std::ptrdiff_t row, double* to, std::int8_t* bytes) {
   const int n = b.arm.n;
   const double *low = b.lower + row * b.bounds_stride, *high = b.upper + row * b.bounds_stride;
-  ControllerState c{};
-  c.lower = to;
-  c.upper = to + n;
-  c.period = b.period;
-  c.position_lower = b.position_lower;
-  c.position_upper = b.position_upper;
-  c.acceleration = b.acceleration;
-  c.last = const_cast<double*>(b.last + row * n);
-  c.rate_lower = low;
-  c.rate_upper = high;
-  c.lower_reason = bytes;
-  c.upper_reason = bytes + n;
+  Settings s{};
+  s.period = b.period;
+  s.position_lower = b.position_lower;
+  s.position_upper = b.position_upper;
+  s.acceleration = b.acceleration;
+  s.rate_lower = low;
+  s.rate_upper = high;
+  LastTick last{};
+  last.rates = const_cast<double*>(b.last + row * n);
+  const RateBounds bounds{to, to + n, bytes, bytes + n};
   std::int32_t status = OK;
   bool runaway = false;
   for (int i = 0; i < n; ++i) {
     const bool free = low[i] < high[i];
     runaway |= !free && low[i] != 0.0;
-    status |= limit_joint(c, i, free ? Fault{} : Fault{Health::RUNAWAY, {low[i], 0.0}}, b.q[row * n + i]);
-    if (!leaves_room(low[i], high[i])) c.lower[i] = infinity();  // limits may not make an answer of what is no question
+    status |= limit_joint(s, free ? Fault{} : Fault{Health::RUNAWAY, {low[i], 0.0}}, last, i, b.q[row * n + i], bounds);
+    if (!leaves_room(low[i], high[i])) to[i] = infinity();  // limits may not make an answer of what is no question
   }
   return {status, runaway};
 }

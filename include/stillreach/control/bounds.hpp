@@ -85,9 +85,9 @@ STILLREACH_INLINE bool works(const Fault& fault) {
 struct Range {
   double lower, upper;
 };
-STILLREACH_INLINE Range range_of(const ControllerState& c, int i) {
-  const Left left = left_by(c.faults[i], 0.0, 0.0);
-  return {larger(c.position_lower[i], left.range_lower), smaller(c.position_upper[i], left.range_upper)};
+STILLREACH_INLINE Range range_of(const Settings& s, const Fault& fault, int i) {
+  const Left left = left_by(fault, 0.0, 0.0);
+  return {larger(s.position_lower[i], left.range_lower), smaller(s.position_upper[i], left.range_upper)};
 }
 
 // The largest rate to either side that a fault leaves of rate limits.
@@ -101,64 +101,65 @@ STILLREACH_INLINE bool runs_away(const Fault& fault) { return !works(fault) && l
 
 // Narrows the bounds of joint i to `down` and `up`. False where there is no rate in both: then the bounds stand, and
 // the joint takes the one that is nearer.
-STILLREACH_INLINE bool narrow(ControllerState& c, int i, double down, double up, Reason reason) {
-  if (up < c.lower[i]) {
-    c.upper[i] = c.lower[i];
-    c.upper_reason[i] = static_cast<std::int8_t>(-c.lower_reason[i]);  // negative: at its lower bound
+STILLREACH_INLINE bool narrow(const RateBounds& b, int i, double down, double up, Reason reason) {
+  if (up < b.lower[i]) {
+    b.upper[i] = b.lower[i];
+    b.upper_reason[i] = static_cast<std::int8_t>(-b.lower_reason[i]);  // negative: at its lower bound
     return false;
   }
-  if (down > c.upper[i]) {
-    c.lower[i] = c.upper[i];
-    c.lower_reason[i] = c.upper_reason[i];
+  if (down > b.upper[i]) {
+    b.lower[i] = b.upper[i];
+    b.lower_reason[i] = b.upper_reason[i];
     return false;
   }
-  if (up < c.upper[i]) {
-    c.upper[i] = up;
-    c.upper_reason[i] = code(reason);
+  if (up < b.upper[i]) {
+    b.upper[i] = up;
+    b.upper_reason[i] = code(reason);
   }
-  if (down > c.lower[i]) {
-    c.lower[i] = down;
-    c.lower_reason[i] = code(reason);
+  if (down > b.lower[i]) {
+    b.lower[i] = down;
+    b.lower_reason[i] = code(reason);
   }
   return true;
 }
 
 // Narrows the bounds of joint i to the acceleration window around its last rate. False where there is no rate in both:
 // the bounds stand.
-STILLREACH_INLINE bool narrow_to_window(ControllerState& c, int i, double slowest, double fastest, double step) {
+STILLREACH_INLINE bool narrow_to_window(const RateBounds& b, int i, double slowest, double fastest, double step) {
   // A joint that brakes along the curve has one rate left up to rounding, to either side: that counts as neither a
   // contradiction nor room.
   const double slack = 1e-9 * step;
-  if (slowest > c.upper[i] - slack) {
-    c.lower[i] = c.upper[i];
-    c.lower_reason[i] = c.upper_reason[i];
-    return !(slowest > c.upper[i] + slack);
+  if (slowest > b.upper[i] - slack) {
+    b.lower[i] = b.upper[i];
+    b.lower_reason[i] = b.upper_reason[i];
+    return !(slowest > b.upper[i] + slack);
   }
-  if (fastest < c.lower[i] + slack) {
-    c.upper[i] = c.lower[i];
-    c.upper_reason[i] = static_cast<std::int8_t>(-c.lower_reason[i]);
-    return !(fastest < c.lower[i] - slack);
+  if (fastest < b.lower[i] + slack) {
+    b.upper[i] = b.lower[i];
+    b.upper_reason[i] = static_cast<std::int8_t>(-b.lower_reason[i]);
+    return !(fastest < b.lower[i] - slack);
   }
-  return narrow(c, i, slowest, fastest, Reason::ACCELERATION);
+  return narrow(b, i, slowest, fastest, Reason::ACCELERATION);
 }
 
-// Bounds of joint i at position q (a NaN: its position limits cannot be kept). False where a limit had to be given up:
-// the position limit for rate limits that leave out 0 (a batch's may), or the acceleration limit.
-STILLREACH_INLINE bool joint_bounds(ControllerState& c, int i, const Fault& fault, double q) {
-  const Left left = left_by(fault, c.rate_lower[i], c.rate_upper[i]);
-  double& lower = c.lower[i];
-  double& upper = c.upper[i];
+// Bounds of joint i at position q (a NaN: its position limits cannot be kept), written to `b`. False where a limit had
+// to be given up: the position limit for rate limits that leave out 0 (a batch's may), or the acceleration limit.
+STILLREACH_INLINE bool joint_bounds(const Settings& s, const Fault& fault, LastTick& last, int i, double q,
+                                    const RateBounds& b) {
+  const Left left = left_by(fault, s.rate_lower[i], s.rate_upper[i]);
+  double& lower = b.lower[i];
+  double& upper = b.upper[i];
   lower = left.lower;
   upper = left.upper;
-  c.lower_reason[i] = c.upper_reason[i] = code(Reason::FAULT);
+  b.lower_reason[i] = b.upper_reason[i] = code(Reason::FAULT);
   if (!works(fault)) return true;
-  if (lower == c.rate_lower[i]) c.lower_reason[i] = code(Reason::RATE);
-  if (upper == c.rate_upper[i]) c.upper_reason[i] = code(Reason::RATE);
-  const double a = c.acceleration[i], step = a * c.period;
-  const double slowest = c.last[i] - step, fastest = c.last[i] + step;
-  const int closing = c.closing ? c.closing[i] : 0;
+  if (lower == s.rate_lower[i]) b.lower_reason[i] = code(Reason::RATE);
+  if (upper == s.rate_upper[i]) b.upper_reason[i] = code(Reason::RATE);
+  const double a = s.acceleration[i], step = a * s.period;
+  const double slowest = last.rates[i] - step, fastest = last.rates[i] + step;
+  const int closing = last.closing ? last.closing[i] : 0;
   if (closing & CLOSING_RATE) {
-    if (!close_in(slowest, fastest, lower, upper)) c.closing[i] &= ~CLOSING_RATE;
+    if (!close_in(slowest, fastest, lower, upper)) last.closing[i] &= ~CLOSING_RATE;
     const Left always = left_by(fault, -infinity(), infinity());  // a fault goes before an acceleration limit
     lower = larger(lower, always.lower);
     upper = smaller(upper, always.upper);
@@ -166,31 +167,33 @@ STILLREACH_INLINE bool joint_bounds(ControllerState& c, int i, const Fault& faul
   bool kept = true;
   if (is_finite(q)) {
     if (has_range(left)) {
-      const double down = -approach_rate(q - left.range_lower, c.period, a, c.uneven);
-      kept = narrow(c, i, down, approach_rate(left.range_upper - q, c.period, a, c.uneven), Reason::FAULT);
+      const double down = -approach_rate(q - left.range_lower, s.period, a, s.uneven);
+      kept = narrow(b, i, down, approach_rate(left.range_upper - q, s.period, a, s.uneven), Reason::FAULT);
     }
-    const double ahead = c.position_upper[i] - q, behind = q - c.position_lower[i];
-    if (closing || !out_of_mind(ahead, upper, c.period, a) || !out_of_mind(behind, -lower, c.period, a)) {
-      double up = approach_rate(ahead, c.period, a, c.uneven), down = -approach_rate(behind, c.period, a, c.uneven);
-      if ((closing & CLOSING_POSITION) && !close_in(slowest, fastest, down, up)) c.closing[i] &= ~CLOSING_POSITION;
-      kept &= narrow(c, i, down, up, Reason::POSITION);
+    const double ahead = s.position_upper[i] - q, behind = q - s.position_lower[i];
+    if (closing || !out_of_mind(ahead, upper, s.period, a) || !out_of_mind(behind, -lower, s.period, a)) {
+      double up = approach_rate(ahead, s.period, a, s.uneven), down = -approach_rate(behind, s.period, a, s.uneven);
+      if ((closing & CLOSING_POSITION) && !close_in(slowest, fastest, down, up)) last.closing[i] &= ~CLOSING_POSITION;
+      kept &= narrow(b, i, down, up, Reason::POSITION);
     }
   }
-  if (a < infinity()) kept &= narrow_to_window(c, i, slowest, fastest, step);
+  if (a < infinity()) kept &= narrow_to_window(b, i, slowest, fastest, step);
   return kept;
 }
 
 // joint_bounds(), and what it adds to the tick's status: LIMIT_GIVEN_UP, or SATURATED where limits, and not a fault,
 // leave the joint one rate.
-STILLREACH_INLINE std::int32_t limit_joint(ControllerState& c, int i, const Fault& fault, double q) {
-  const bool kept = joint_bounds(c, i, fault, q);
-  return (kept ? OK : LIMIT_GIVEN_UP) | (!(c.lower[i] < c.upper[i]) && works(fault) ? SATURATED : OK);
+STILLREACH_INLINE std::int32_t limit_joint(const Settings& s, const Fault& fault, LastTick& last, int i, double q,
+                                           const RateBounds& b) {
+  const bool kept = joint_bounds(s, fault, last, i, q, b);
+  return (kept ? OK : LIMIT_GIVEN_UP) | (!(b.lower[i] < b.upper[i]) && works(fault) ? SATURATED : OK);
 }
 
 // The bounds of all joints, and what they add to the tick's status.
-inline std::int32_t bounds_of(ControllerState& c, const double* q) {
+inline std::int32_t bounds_of(const Settings& s, const Faults& faults, LastTick& last, const double* q,
+                              const RateBounds& b) {
   std::int32_t status = OK;
-  for (int i = 0; i < c.arm.n; ++i) status |= limit_joint(c, i, c.faults[i], q[i]);
+  for (int i = 0; i < s.arm.n; ++i) status |= limit_joint(s, faults.of[i], last, i, q[i], b);
   return status;
 }
 

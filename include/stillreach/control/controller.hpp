@@ -12,109 +12,126 @@ STILLREACH_BEGIN
 
 // A joint fails or is restored. For a while the reference is what was commanded last.
 inline void set_fault(ControllerState& c, int joint, const Fault& fault) {
-  c.faults[joint] = fault;
-  c.bounds_stand = 0;
-  bound_correction(c);
-  if (c.closing) c.closing[joint] = 0;  // a fault goes before an acceleration limit
-  if (!(c.transition_rate > 0.0)) return;
-  c.transition = 1.0;
-  STILLREACH_LIBRARY(memcpy)(c.anchor, c.last, sizeof(double) * to_size(c.arm.n));
+  LastTick& last = c.last;
+  c.faults.of[joint] = fault;
+  last.bounds_stand = 0;
+  bound_correction(c.settings, c.faults, c.now.scratch);
+  if (last.closing) last.closing[joint] = 0;  // a fault goes before an acceleration limit
+  if (!(c.settings.transition_rate > 0.0)) return;
+  last.transition = 1.0;
+  STILLREACH_LIBRARY(memcpy)(last.anchor, last.rates, sizeof(double) * to_size(c.settings.arm.n));
 }
 
 // The reference rates: null motion, return from outside the positions allowed, and after a fault the last rates.
 inline const double* reference_rates(ControllerState& c, const double* q, Workspace& w) {
-  const int n = c.arm.n;
-  bool any = c.null_kind != NullMotionKind::NONE || c.transition > 0.0;
-  if (c.null_kind == NullMotionKind::NONE)
-    for (int i = 0; i < n; ++i) c.reference[i] = 0.0;
-  else if (c.m == 6)
-    null_motion(Rows<6>{6}, c, q, w, c.reference);
+  const Settings& s = c.settings;
+  const int n = s.arm.n;
+  const double transition = c.last.transition;
+  double* const reference = c.now.reference;
+  bool any = s.null_kind != NullMotionKind::NONE || transition > 0.0;
+  if (s.null_kind == NullMotionKind::NONE)
+    for (int i = 0; i < n; ++i) reference[i] = 0.0;
+  else if (s.m == 6)
+    null_motion(Rows<6>{6}, s, c.faults, c.now, q, w, reference);
   else
-    null_motion(Rows<0>{c.m}, c, q, w, c.reference);
-  if (c.return_rate > 0.0)
+    null_motion(Rows<0>{s.m}, s, c.faults, c.now, q, w, reference);
+  if (s.return_rate > 0.0)
     for (int i = 0; i < n; ++i) {
-      const Range range = range_of(c, i);
+      const Range range = range_of(s, c.faults.of[i], i);
       const double out = q[i] > range.upper ? q[i] - range.upper : q[i] < range.lower ? q[i] - range.lower : 0.0;
       if (out == 0.0) continue;
-      c.reference[i] = -clamp(out / c.period, -c.return_rate, c.return_rate);
+      reference[i] = -clamp(out / s.period, -s.return_rate, s.return_rate);
       any = true;
     }
-  if (any && c.speed != 1.0)
-    for (int i = 0; i < n; ++i) c.reference[i] *= c.speed;
-  if (c.transition > 0.0)
-    for (int i = 0; i < n; ++i) c.reference[i] = madd(c.transition, c.anchor[i] - c.reference[i], c.reference[i]);
-  return any ? c.reference : nullptr;
+  if (any && s.speed != 1.0)
+    for (int i = 0; i < n; ++i) reference[i] *= s.speed;
+  if (transition > 0.0)
+    for (int i = 0; i < n; ++i) reference[i] = madd(transition, c.last.anchor[i] - reference[i], reference[i]);
+  return any ? reference : nullptr;
 }
 
 // The scale of the rates: by the limits that faults leave the working joints, not by the bounds of this tick.
-inline double typical_rate(const ControllerState& c) {
+inline double typical_rate(const Settings& s, const Faults& faults) {
   TypicalRate typical;
-  for (int i = 0; i < c.arm.n; ++i) {
-    if (!works(c.faults[i])) continue;
-    const double limit = largest_rate(c.faults[i], c.rate_lower[i], c.rate_upper[i]);
-    if (limit > 0.0) typical.add(c.metric, c.arm.n, i, limit);
+  for (int i = 0; i < s.arm.n; ++i) {
+    if (!works(faults.of[i])) continue;
+    const double limit = largest_rate(faults.of[i], s.rate_lower[i], s.rate_upper[i]);
+    if (limit > 0.0) typical.add(s.metric, s.arm.n, i, limit);
   }
   return typical.value();
 }
 
-// Whether some fault's bounds change from tick to tick.
-inline bool any_range(const ControllerState& c) {
+// Whether the fault of one of n joints has bounds that change from tick to tick.
+inline bool any_range(const Faults& faults, int n) {
   bool any = false;
-  for (int i = 0; i < c.arm.n; ++i) any |= has_range(left_by(c.faults[i], 0.0, 0.0));
+  for (int i = 0; i < n; ++i) any |= has_range(left_by(faults.of[i], 0.0, 0.0));
   return any;
 }
 
 // NaN from an encoder or a command: brake, within the acceleration limits; failed joints keep their rates.
 inline void brake(ControllerState& c, const double* q, Answer& out) {
+  const Settings& s = c.settings;
+  const RateBounds& b = c.now.bounds;
   out.damping = 0.0;
   out.scale = 0.0;
   out.task_error = 0.0;
   out.iterations = 0;
-  out.status = INVALID_INPUT | (bounds_of(c, q) & LIMIT_GIVEN_UP);
-  for (int i = 0; i < c.arm.n; ++i) {
-    out.rates[i] = clamp(0.0, c.lower[i], c.upper[i]);
-    out.active[i] = !(c.lower[i] < c.upper[i]) ? 2 : 0;
+  out.status = INVALID_INPUT | (bounds_of(s, c.faults, c.last, q, b) & LIMIT_GIVEN_UP);
+  for (int i = 0; i < s.arm.n; ++i) {
+    out.rates[i] = clamp(0.0, b.lower[i], b.upper[i]);
+    out.active[i] = !(b.lower[i] < b.upper[i]) ? 2 : 0;
   }
-  for (int r = 0; r < c.m; ++r) out.residual[r] = 0.0;
+  for (int r = 0; r < s.m; ++r) out.residual[r] = 0.0;
 }
 
 // The tick without its memory. twist: 6, base axes. target: 12 numbers (rotation by columns, translation) to close the
 // loop on, or null.
 inline void evaluate(ControllerState& c, const double* q, const double* twist, const double* target, Workspace& w,
                      Answer& out) {
-  const int n = c.arm.n;
+  const Settings& s = c.settings;
+  LastTick& last = c.last;
+  ThisTick& now = c.now;
+  const int n = s.arm.n;
   double doubt = doubt_in(q, n) + doubt_in(twist, 6) + (target ? doubt_in(target, 12) : 0.0);
-  STILLREACH_LIBRARY(memcpy)(out.active, c.active, to_size(n));
-  out.multiplier = &c.multiplier;
+  STILLREACH_LIBRARY(memcpy)(out.active, last.active, to_size(n));
+  out.multiplier = &last.multiplier;
   if (doubt == 0.0) {
-    arm_kinematics(c.arm, q, c.scratch, c.pose, c.jacobian);
-    for (int r = 0; r < 6; ++r) c.command[r] = twist[r];
+    arm_kinematics(s.arm, q, now.scratch, now.pose, now.jacobian);
+    for (int r = 0; r < 6; ++r) now.command[r] = twist[r];
     if (target) {
-      add_correction(target, c.pose, c.track_gain, c.track_linear, c.track_angular, c.command);
-      doubt = doubt_in(c.command, 6);  // numbers that overflow
+      add_correction(target, now.pose, s.track_gain, s.track_linear, s.track_angular, now.command);
+      doubt = doubt_in(now.command, 6);  // numbers that overflow
     }
-    if (c.speed != 1.0)
-      for (int r = 0; r < 6; ++r) c.command[r] *= c.speed;
+    if (s.speed != 1.0)
+      for (int r = 0; r < 6; ++r) now.command[r] *= s.speed;
   }
   if (doubt == 0.0) {
-    if (!c.bounds_stand) {
-      c.bounds_status = bounds_of(c, q);
-      if (c.law.parts > 0) c.typical = typical_rate(c);
+    if (!last.bounds_stand) {
+      last.bounds_status = bounds_of(s, c.faults, last, q, now.bounds);
+      if (s.law.parts > 0) last.typical = typical_rate(s, c.faults);
     }
-    c.bounds_stand = c.constant_bounds && !any_range(c);
-    if (c.every_row) {
-      for (int r = 0; r < 6; ++r) c.twist[r] = c.command[r];
+    last.bounds_stand = s.constant_bounds && !any_range(c.faults, n);
+    if (s.every_row) {
+      for (int r = 0; r < 6; ++r) now.twist[r] = now.command[r];
     } else {
-      for (int i = 0; i < n; ++i) select_rows(c, c.pose, c.jacobian + 6 * i, c.task_jacobian + c.m * i);
-      select_rows(c, c.pose, c.command, c.twist);
+      for (int i = 0; i < n; ++i) select_rows(s, now.pose, now.jacobian + 6 * i, now.selected + s.m * i);
+      select_rows(s, now.pose, now.command, now.twist);
     }
-    const Problem p{c.m, n, c.task_jacobian, c.twist, c.lower, c.upper, reference_rates(c, q, w), c.metric, c.typical};
-    solve_task(c.law, p, w, out);
-    out.status = with_bounds_status(out.status, c.bounds_status);
+    const Problem p{s.m,
+                    n,
+                    task_jacobian(s, now),
+                    now.twist,
+                    now.bounds.lower,
+                    now.bounds.upper,
+                    reference_rates(c, q, w),
+                    s.metric,
+                    last.typical};
+    solve_task(s.law, p, w, out);
+    out.status = with_bounds_status(out.status, last.bounds_status);
     if (out.status & FAULT_NOT_COMPENSATED) {
       bool runaway = false;
-      for (int i = 0; i < n; ++i) runaway |= runs_away(c.faults[i]);
-      if (!runaway || can_stand_still(Rows<0>{c.m}, c.law, p, w, out)) out.status &= ~FAULT_NOT_COMPENSATED;
+      for (int i = 0; i < n; ++i) runaway |= runs_away(c.faults.of[i]);
+      if (!runaway || can_stand_still(Rows<0>{s.m}, s.law, p, w, out)) out.status &= ~FAULT_NOT_COMPENSATED;
     }
   } else {
     brake(c, q, out);
@@ -122,16 +139,16 @@ inline void evaluate(ControllerState& c, const double* q, const double* twist, c
 }
 
 // Remembers what was commanded: the base of acceleration limits, warm starts and transitions.
-inline void commit(ControllerState& c, const double* rates, const std::int8_t* active) {
-  STILLREACH_LIBRARY(memcpy)(c.last, rates, sizeof(double) * to_size(c.arm.n));
-  STILLREACH_LIBRARY(memcpy)(c.active, active, to_size(c.arm.n));
-  c.transition = c.transition > 0.0 ? larger(c.transition - c.period * c.transition_rate, 0.0) : 0.0;
+inline void commit(const Settings& s, LastTick& last, const double* rates, const std::int8_t* active) {
+  STILLREACH_LIBRARY(memcpy)(last.rates, rates, sizeof(double) * to_size(s.arm.n));
+  STILLREACH_LIBRARY(memcpy)(last.active, active, to_size(s.arm.n));
+  last.transition = last.transition > 0.0 ? larger(last.transition - s.period * s.transition_rate, 0.0) : 0.0;
 }
 
 inline void tick(ControllerState& c, const double* q, const double* twist, const double* target, Workspace& w,
                  Answer& out) {
   evaluate(c, q, twist, target, w, out);
-  commit(c, out.rates, out.active);
+  commit(c.settings, c.last, out.rates, out.active);
 }
 
 STILLREACH_END

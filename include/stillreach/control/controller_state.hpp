@@ -1,4 +1,5 @@
-// The memory of a controller: what it was told once, what is broken, and what it did a tick ago. No functions.
+// The memory of a controller in four parts: what it was told once, what is broken, what the last tick left, and what
+// this one works with. Plain data.
 #pragma once
 
 #include "stillreach/types.hpp"
@@ -36,8 +37,8 @@ STILLREACH_INLINE double choices(int n, int size) {
   return count;
 }
 
-struct ControllerState {
-  // told once
+// Told once: arm, law, task, limits, and what is done with what the task leaves free.
+struct Settings {
   ArmView arm;  // with the task's tool
   LawSettings law;
   Metric metric;  // of the m task rows
@@ -66,66 +67,83 @@ struct ControllerState {
   double null_largest;        // largest rate that a null motion asks for
   int null_failures = 1;      // of TOLERANCE: how many joints are lost at once
   const double* null_vector;  // n: rates, posture or gradient, by kind
-
-  // what is broken
-  Fault* faults;                   // n
-  std::int8_t* closing = nullptr;  // n, Closing; or null: the limits do not change
-
-  // what happened
-  double* last;                // n: last commanded rates
-  double* anchor;              // n: those when a joint last failed or was restored
-  std::int8_t* active;         // n: bounds active a tick ago, as in Answer::active
-  int bounds_stand;            // with constant_bounds: they are computed and no fault came since
-  std::int32_t bounds_status;  // what the bounds add to the tick's status: see bounds_of()
-  Multiplier multiplier;       // LeastError's a tick ago
-  double typical;              // typical_rate() of the working joints' rate limits
-  double transition;           // 1 just after a fault, falls to 0
-
-  // this tick
-  double* jacobian;           // 6 n, all rows, base axes
-  double* task_jacobian;      // m n: the selected rows (the same memory as `jacobian` when every_row)
-  double* lower;              // n
-  double* upper;              // n
-  std::int8_t* lower_reason;  // n, Reason
-  std::int8_t* upper_reason;  // n
-  double* reference;          // n
-  double* scratch;            // 10 n
-  double pose[12];            // rotation by columns, translation
-  double command[6];          // the twist asked for, corrections included, base axes
-  double twist[6];            // its m task rows
 };
 
-// Memory of a state: n numbers and n bytes, so many times.
-constexpr int kStateNumbers = 33, kStateBytes = 5;
+// What is broken.
+struct Faults {
+  Fault* of;  // n
+};
 
-// Points a state, of n joints and with every_row told, into memory of that size, zeros at first. The first numbers are
-// the limits, in the order of their names above; the last bytes may become `rotary`, which is returned.
-STILLREACH_INLINE std::int8_t* point_into(ControllerState& s, double* numbers, std::int8_t* bytes) {
-  const int n = s.arm.n;
-  const auto take = [&numbers, n](int times) {
-    double* const here = numbers;
-    numbers += times * n;
-    return here;
-  };
-  s.rate_lower = take(1);
-  s.rate_upper = take(1);
-  s.position_lower = take(1);
-  s.position_upper = take(1);
-  s.acceleration = take(1);
-  s.null_vector = take(1);
-  s.last = take(1);
-  s.anchor = take(1);
-  s.lower = take(1);
-  s.upper = take(1);
-  s.reference = take(1);
-  s.jacobian = take(6);
-  s.scratch = take(10);
-  s.task_jacobian = s.every_row ? s.jacobian : take(6);
-  s.active = bytes;
-  s.lower_reason = bytes + n;
-  s.upper_reason = bytes + 2 * n;
-  s.closing = bytes + 3 * n;
-  return bytes + 4 * n;
+// What the last tick left for the next one.
+struct LastTick {
+  double* rates;                   // n: last commanded rates
+  double* anchor;                  // n: those when a joint last failed or was restored
+  std::int8_t* active;             // n: bounds active a tick ago, as in Answer::active
+  std::int8_t* closing = nullptr;  // n, Closing: of limits that are not kept yet; or null: the limits do not change
+  int bounds_stand;                // with constant_bounds: they are computed and no fault came since
+  std::int32_t bounds_status;      // what the bounds add to the tick's status: see bounds_of()
+  Multiplier multiplier;           // LeastError's a tick ago
+  double typical;                  // typical_rate() of the working joints' rate limits
+  double transition;               // 1 just after a fault, falls to 0
+};
+
+// An interval of rates for each joint, and why it ends there.
+struct RateBounds {
+  double* lower;  // n each
+  double* upper;
+  std::int8_t* lower_reason;  // Reason
+  std::int8_t* upper_reason;
+};
+
+// What a tick works with, and leaves behind to be read.
+struct ThisTick {
+  double* jacobian;  // 6 n, all rows, base axes
+  double* selected;  // m n: the selected rows, unused with every_row; see task_jacobian()
+  RateBounds bounds;
+  double* reference;  // n
+  double* scratch;    // 10 n
+  double pose[12];    // rotation by columns, translation
+  double command[6];  // the twist asked for, corrections included, base axes
+  double twist[6];    // its m task rows
+};
+
+struct ControllerState {
+  Settings settings;
+  Faults faults;
+  LastTick last;
+  ThisTick now;
+};
+
+// The task's rows of the Jacobian, m n.
+STILLREACH_INLINE const double* task_jacobian(const Settings& s, const ThisTick& now) {
+  return s.every_row ? now.jacobian : now.selected;
+}
+
+// Visits every array that a state of n joints points to, each with its length: whoever owns the memory points them into
+// it, zeros at first. What arm and metric point to is not among them.
+template <class Visit>
+STILLREACH_INLINE void each_array(ControllerState& c, int n, Visit visit) {
+  Settings& s = c.settings;
+  visit(s.rate_lower, n);
+  visit(s.rate_upper, n);
+  visit(s.position_lower, n);
+  visit(s.position_upper, n);
+  visit(s.acceleration, n);
+  visit(s.null_vector, n);
+  visit(s.rotary, n);
+  visit(c.faults.of, n);
+  visit(c.last.rates, n);
+  visit(c.last.anchor, n);
+  visit(c.last.active, n);
+  visit(c.last.closing, n);
+  visit(c.now.jacobian, 6 * n);
+  visit(c.now.selected, 6 * n);
+  visit(c.now.bounds.lower, n);
+  visit(c.now.bounds.upper, n);
+  visit(c.now.bounds.lower_reason, n);
+  visit(c.now.bounds.upper_reason, n);
+  visit(c.now.reference, n);
+  visit(c.now.scratch, 10 * n);
 }
 
 }  // namespace stillreach

@@ -61,31 +61,33 @@ inline int weak_directions(int m, const double* columns, int count, double* work
 }
 
 // From a direction in least speeds to a unit twist. least: 6.
-STILLREACH_INLINE void to_twist(const ControllerState& c, const double* weak, const double* least, double* twist) {
+STILLREACH_INLINE void to_twist(const Settings& s, const double* weak, const double* least, double* twist) {
   double size = 0.0;
   for (int r = 0; r < 6; ++r) twist[r] = 0.0;
-  for (int r = 0; r < c.m; ++r) {
-    twist[c.rows[r]] = weak[r] / least[c.rows[r]];
-    size = madd(twist[c.rows[r]], twist[c.rows[r]], size);
+  for (int r = 0; r < s.m; ++r) {
+    twist[s.rows[r]] = weak[r] / least[s.rows[r]];
+    size = madd(twist[s.rows[r]], twist[s.rows[r]], size);
   }
   for (int r = 0; r < 6; ++r) twist[r] /= square_root(size);
 }
 
 // After a tick, of its Jacobian. rates: n, full rates of the joints.
-inline void look_into(const ControllerState& c, const double* rates, Workspace& w, Insight& to) {
-  const int m = c.m, n = c.arm.n;
+inline void look_into(const Settings& settings, const Faults& faults, const ThisTick& now, const double* rates,
+                      Workspace& w, Insight& to) {
+  const int m = settings.m, n = settings.arm.n;
+  const double* const J = task_jacobian(settings, now);
   const double least[6] = {kLeastSpeed, kLeastSpeed, kLeastSpeed, kLeastTurn, kLeastTurn, kLeastTurn};
   int k = 0;
   for (int i = 0; i < n; ++i) {
     to.relative[i] = 1.0;
     to.costs[i] = 0;
     for (int r = 0; r < 6; ++r) to.cost[6 * i + r] = 0.0;
-    if (works(c.faults[i]) && rates[i] > 0.0) w.joint[k++] = i;
+    if (works(faults.of[i]) && rates[i] > 0.0) w.joint[k++] = i;
   }
   Spectrum s;
   for (int j = 0; j < k; ++j)
     for (int r = 0; r < kStride; ++r)
-      w.columns[j * kStride + r] = r < 3 ? c.jacobian[6 * w.joint[j] + r] * rates[w.joint[j]] : 0.0;
+      w.columns[j * kStride + r] = r < 3 ? now.jacobian[6 * w.joint[j] + r] * rates[w.joint[j]] : 0.0;
   for (int a = 0; a < 3; ++a) {
     to.sigma[a] = 0.0;
     for (int r = 0; r < 3; ++r) to.axis[a][r] = a == r ? 1.0 : 0.0;
@@ -100,11 +102,10 @@ inline void look_into(const ControllerState& c, const double* rates, Workspace& 
   }
   for (int j = 0; j < k; ++j)
     for (int r = 0; r < kStride; ++r)
-      w.columns[j * kStride + r] =
-          r < m ? c.task_jacobian[m * w.joint[j] + r] * rates[w.joint[j]] / least[c.rows[r]] : 0.0;
+      w.columns[j * kStride + r] = r < m ? J[m * w.joint[j] + r] * rates[w.joint[j]] / least[settings.rows[r]] : 0.0;
   double weak[kRows * kStride];
   to.lost = weak_directions(m, w.columns, k, w.work, weak);
-  for (int d = 0; d < to.lost; ++d) to_twist(c, weak + kStride * d, least, to.direction[d]);
+  for (int d = 0; d < to.lost; ++d) to_twist(settings, weak + kStride * d, least, to.direction[d]);
   for (int d = 0; d < to.lost; ++d)  // what is lost already is no matter of a joint any more
     for (int j = 0; j < k; ++j) {
       double along = 0.0;
@@ -126,7 +127,7 @@ inline void look_into(const ControllerState& c, const double* rates, Workspace& 
       for (int r = 0; r < m; ++r) along = madd(others[kStride * d + r], own[r], along);
       if (magnitude(along) <= best) continue;
       best = magnitude(along);
-      to_twist(c, others + kStride * d, least, to.cost + 6 * i);
+      to_twist(settings, others + kStride * d, least, to.cost + 6 * i);
     }
     for (int r = 0; r < kStride; ++r) w.columns[without * kStride + r] = own[r];
   }

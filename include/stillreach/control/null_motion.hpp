@@ -15,53 +15,55 @@ constexpr double kHalfTurn = 3.141592653589793;
 constexpr double kSaddlePush = 1e-2;  // of the largest null rate: leaves exact saddles, where the gradient is 0
 
 // The way of joint i to a posture: the short one where it may turn without end.
-STILLREACH_INLINE double way_to(const ControllerState& c, int i, double straight) {
-  const Range range = range_of(c, i);
-  const bool endless = c.rotary && c.rotary[i] && range.lower == -infinity() && range.upper == infinity();
+STILLREACH_INLINE double way_to(const Settings& s, const Fault& fault, int i, double straight) {
+  const Range range = range_of(s, fault, i);
+  const bool endless = s.rotary && s.rotary[i] && range.lower == -infinity() && range.upper == infinity();
   return endless && magnitude(straight) > kHalfTurn ? STILLREACH_LIBRARY(remainder)(straight, 2.0 * kHalfTurn)
                                                     : straight;
 }
 
 // What the null motion asks of joint i; gradient: of what it climbs.
-STILLREACH_INLINE double null_rate(const ControllerState& c, int i, const double* q, const double* gradient) {
-  switch (c.null_kind) {
+STILLREACH_INLINE double null_rate(const Settings& s, const Fault& fault, int i, const double* q,
+                                   const double* gradient) {
+  switch (s.null_kind) {
     case NullMotionKind::NONE: return 0.0;
     case NullMotionKind::RATES:
-    case NullMotionKind::GRADIENT: return c.null_gain * c.null_vector[i];
-    case NullMotionKind::POSTURE: return c.null_gain * way_to(c, i, c.null_vector[i] - q[i]);
+    case NullMotionKind::GRADIENT: return s.null_gain * s.null_vector[i];
+    case NullMotionKind::POSTURE: return s.null_gain * way_to(s, fault, i, s.null_vector[i] - q[i]);
     case NullMotionKind::CENTRING: {
-      const Range range = range_of(c, i);
-      return is_finite(range.lower) && is_finite(range.upper) ? c.null_gain * (0.5 * (range.lower + range.upper) - q[i])
+      const Range range = range_of(s, fault, i);
+      return is_finite(range.lower) && is_finite(range.upper) ? s.null_gain * (0.5 * (range.lower + range.upper) - q[i])
                                                               : 0.0;
     }
     case NullMotionKind::MANIPULABILITY:
     case NullMotionKind::TOLERANCE:
-    case NullMotionKind::GUARANTEED_SPEED: return c.null_gain * gradient[i];
+    case NullMotionKind::GUARANTEED_SPEED: return s.null_gain * gradient[i];
   }
   return 0.0;
 }
 
 // The rates that the null motion asks for: at most null_largest each, by a common factor.
 template <int M>
-inline void null_motion(Rows<M> m, const ControllerState& c, const double* q, Workspace& w, double* rates) {
-  const int n = c.arm.n;
-  const bool climbs = climbing(c.null_kind);
+inline void null_motion(Rows<M> m, const Settings& s, const Faults& faults, const ThisTick& now, const double* q,
+                        Workspace& w, double* rates) {
+  const int n = s.arm.n;
+  const bool climbs = climbing(s.null_kind);
   for (int i = 0; i < n; ++i) rates[i] = 0.0;
-  if (c.null_kind == NullMotionKind::MANIPULABILITY) manipulability_gradient(m, c, q, w, rates);
-  if (c.null_kind == NullMotionKind::TOLERANCE) relative_gradient(m, c, q, w, rates);
-  if (c.null_kind == NullMotionKind::GUARANTEED_SPEED) speed_gradient(m, c, q, w, rates);
+  if (s.null_kind == NullMotionKind::MANIPULABILITY) manipulability_gradient(m, s, now, q, w, rates);
+  if (s.null_kind == NullMotionKind::TOLERANCE) relative_gradient(m, s, now, q, w, rates);
+  if (s.null_kind == NullMotionKind::GUARANTEED_SPEED) speed_gradient(m, s, faults, now, q, w, rates);
   for (int i = 0; i < n; ++i) {
-    const double v = null_rate(c, i, q, rates);
+    const double v = null_rate(s, faults.of[i], i, q, rates);
     rates[i] = is_finite(v) ? v : 0.0;
   }
-  if (climbs && c.null_largest < infinity())
+  if (climbs && s.null_largest < infinity())
     for (int i = 0; i < n; ++i)
-      if (c.lower[i] < c.upper[i]) rates[i] += kSaddlePush * c.null_largest * pattern(i);
+      if (now.bounds.lower[i] < now.bounds.upper[i]) rates[i] += kSaddlePush * s.null_largest * pattern(i);
   double largest = 0.0;
   for (int i = 0; i < n; ++i)
-    if (c.lower[i] < c.upper[i]) largest = larger(largest, magnitude(rates[i]));
-  if (largest > c.null_largest)
-    for (int i = 0; i < n; ++i) rates[i] *= c.null_largest / largest;
+    if (now.bounds.lower[i] < now.bounds.upper[i]) largest = larger(largest, magnitude(rates[i]));
+  if (largest > s.null_largest)
+    for (int i = 0; i < n; ++i) rates[i] *= s.null_largest / largest;
 }
 
 STILLREACH_END

@@ -53,8 +53,8 @@ inline const double* measure(const Plant& plant, int n, const double* q, long t)
 }
 
 // From the rates that the drives are told to those of the joints, in place.
-inline void move(const ControllerState& c, Plant& plant, const double* q, double* rates) {
-  const int n = c.arm.n;
+inline void move(const Settings& s, Plant& plant, const double* q, double* rates) {
+  const int n = s.arm.n;
   for (int i = 0; i < n; ++i) {
     double rate = rates[i];
     if (plant.dead > 0) {
@@ -63,34 +63,35 @@ inline void move(const ControllerState& c, Plant& plant, const double* q, double
       queued = rates[i];
     }
     rate = plant.follow < 1.0 ? madd(plant.follow, rate - plant.actual[i], plant.actual[i]) : rate;
-    rates[i] = plant.actual[i] = true_rate(plant.faults[i], c.rate_lower[i], c.rate_upper[i], q[i], c.period, rate);
+    rates[i] = plant.actual[i] = true_rate(plant.faults[i], s.rate_lower[i], s.rate_upper[i], q[i], s.period, rate);
   }
   if (plant.dead > 0) plant.next = (plant.next + 1) % plant.dead;
 }
 
 inline void record_tick(const ControllerState& c, const double* q, const double* seen, const Fault* truth,
                         const Answer& a, long row, const Record& to) {
-  const int n = c.arm.n;
+  const int n = c.settings.arm.n;
+  const ThisTick& now = c.now;
   const auto copy = [](const double* from, int count, long tick, double* where) {
     if (where) STILLREACH_LIBRARY(memcpy)(where + tick * count, from, sizeof(double) * to_size(count));
   };
   copy(q, n, row, to.q);
   copy(seen, n, row, to.measured);
   copy(a.rates, n, row, to.rates);
-  copy(c.lower, n, row, to.lower);
-  copy(c.upper, n, row, to.upper);
-  copy(c.command, 6, row, to.command);
+  copy(now.bounds.lower, n, row, to.lower);
+  copy(now.bounds.upper, n, row, to.upper);
+  copy(now.command, 6, row, to.command);
   copy(&a.task_error, 1, row, to.task_error);
   copy(&a.damping, 1, row, to.damping);
   copy(&a.scale, 1, row, to.scale);
   if (to.status) to.status[row] = a.status;
   for (int i = 0; to.health && i < n; ++i) to.health[row * n + i] = static_cast<std::int8_t>(truth[i].health);
-  for (int i = 0; to.known && i < n; ++i) to.known[row * n + i] = static_cast<std::int8_t>(c.faults[i].health);
+  for (int i = 0; to.known && i < n; ++i) to.known[row * n + i] = static_cast<std::int8_t>(c.faults.of[i].health);
   for (int i = 0; to.active && i < n; ++i)
-    to.active[row * n + i] = active_reason(a.active[i], c.lower_reason[i], c.upper_reason[i]);
+    to.active[row * n + i] = active_reason(a.active[i], now.bounds.lower_reason[i], now.bounds.upper_reason[i]);
   for (int r = 0; to.residual && r < 6; ++r) {
-    double e = c.command[r];
-    for (int i = 0; i < n; ++i) e = madd(-c.jacobian[6 * i + r], a.rates[i], e);
+    double e = now.command[r];
+    for (int i = 0; i < n; ++i) e = madd(-now.jacobian[6 * i + r], a.rates[i], e);
     to.residual[row * 6 + r] = e;
   }
   if (!to.pose) return;
@@ -98,14 +99,14 @@ inline void record_tick(const ControllerState& c, const double* q, const double*
   bool exact = true;
   for (int i = 0; i < n; ++i) exact &= seen[i] == q[i];
   const bool elsewhere = !exact && doubt_in(q, n) == 0.0;  // the tool is where the joints are, not where they are said
-  if (elsewhere) arm_kinematics(c.arm, q, c.scratch, pose, static_cast<double*>(nullptr));
-  write_pose(elsewhere ? pose : c.pose, to.pose + row * 16);
+  if (elsewhere) arm_kinematics(c.settings.arm, q, now.scratch, pose, static_cast<double*>(nullptr));
+  write_pose(elsewhere ? pose : now.pose, to.pose + row * 16);
 }
 
 // Rates of the later stages of fourth-order Runge-Kutta, added up into the mean rate over the tick. stage: 3 n numbers.
 inline void runge_kutta(ControllerState& c, const double* q, const double* twists, const double* targets, Workspace& w,
                         Answer& a, double* stage, double* mean) {
-  const int n = c.arm.n;
+  const int n = c.settings.arm.n;
   double *at = stage, *rates = stage + n;
   double* answer = a.rates;
   for (int i = 0; i < n; ++i) {
@@ -115,7 +116,7 @@ inline void runge_kutta(ControllerState& c, const double* q, const double* twist
   a.rates = rates;
   for (int s = 1; s < 4; ++s) {
     const int half = s < 3 ? 1 : 2;
-    for (int i = 0; i < n; ++i) at[i] = madd(s < 3 ? 0.5 * c.period : c.period, rates[i], q[i]);
+    for (int i = 0; i < n; ++i) at[i] = madd(s < 3 ? 0.5 * c.settings.period : c.settings.period, rates[i], q[i]);
     evaluate(c, at, twists + 6 * half, targets ? targets + 12 * half : nullptr, w, a);
     for (int i = 0; i < n; ++i) mean[i] = madd(s < 3 ? 1.0 / 3.0 : 1.0 / 6.0, rates[i], mean[i]);
   }
@@ -129,14 +130,14 @@ inline void runge_kutta(ControllerState& c, const double* q, const double* twist
 inline void rollout(ControllerState& c, double* q, const double* twists, const double* targets, long steps, int stages,
                     bool advance, Plant* plant, Workspace& w, Answer& a, double* scratch, std::int8_t* scratch_active,
                     const Record& to) {
-  const int n = c.arm.n;
+  const int n = c.settings.arm.n;
   double* mean = scratch;
   for (long t = 0; t < steps; ++t) {
     const double* twist = twists + 6 * stages * t;
     const double* target = targets ? targets + 12 * stages * t : nullptr;
     const double* seen = plant ? measure(*plant, n, q, t) : q;
     evaluate(c, seen, twist, target, w, a);
-    record_tick(c, q, seen, plant ? plant->faults : c.faults, a, t, to);
+    record_tick(c, q, seen, plant ? plant->faults : c.faults.of, a, t, to);
     for (int i = 0; i < n; ++i) mean[i] = a.rates[i];
     if (stages == 2 && advance) {
       std::int8_t* active = a.active;
@@ -144,10 +145,10 @@ inline void rollout(ControllerState& c, double* q, const double* twists, const d
       runge_kutta(c, seen, twist, target, w, a, scratch + n, mean);
       a.active = active;
     }
-    commit(c, a.rates, a.active);
+    commit(c.settings, c.last, a.rates, a.active);
     if (!advance) continue;
-    if (plant) move(c, *plant, q, mean);
-    for (int i = 0; i < n; ++i) q[i] = madd(c.period, mean[i], q[i]);
+    if (plant) move(c.settings, *plant, q, mean);
+    for (int i = 0; i < n; ++i) q[i] = madd(c.settings.period, mean[i], q[i]);
   }
 }
 

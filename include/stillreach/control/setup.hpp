@@ -1,4 +1,5 @@
-// A controller as numbers in a row: everything that it was told, for a program that is handed one and goes on with it.
+// A controller as numbers in a row, for a program that is handed one and goes on with it: everything that it was told,
+// and what it remembers.
 #pragma once
 
 #include "stillreach/control/controller_state.hpp"
@@ -12,7 +13,7 @@ struct SetupHead {
 };
 constexpr int kSetupHead = 8;
 
-STILLREACH_INLINE SetupHead head_of(const ControllerState& s) {
+STILLREACH_INLINE SetupHead head_of(const Settings& s) {
   return {s.arm.n,
           s.arm.coupling ? s.arm.coupling->moved : s.arm.n,
           s.arm.coupling != nullptr,
@@ -28,11 +29,11 @@ STILLREACH_INLINE void visit_all(const Value* first, int count, Visit& visit) {
   for (int k = 0; k < count; ++k) visit(const_cast<Value&>(first[k]));
 }
 
-// Visits every setting of a state, each a number, in the order of a setup. What they are stored in belongs to the owner
-// of the state, and is theirs to change. The end, from the null motion on, has a length that depends on n alone: the
+// Visits every setting, each a number, in the order of a setup. What they are stored in belongs to the owner
+// of the settings, and is theirs to change. The end, from the null motion on, has a length that depends on n alone: the
 // page combines the null motion of one setup with the rest of another (settings() in panels.js).
 template <class Visit>
-STILLREACH_INLINE void each_setting(ControllerState& s, Visit visit) {
+STILLREACH_INLINE void each_setting(Settings& s, Visit visit) {
   const SetupHead head = head_of(s);
   const auto all = [&visit](const auto* first, int count) { visit_all(first, count, visit); };
   for (int a = 0; a < head.moved; ++a) {
@@ -89,6 +90,27 @@ STILLREACH_INLINE void each_setting(ControllerState& s, Visit visit) {
   all(s.position_lower, head.n);
   all(s.position_upper, head.n);
   all(s.acceleration, head.n);
+}
+
+// Visits what is broken and what the last tick left, arrays each with its length: a controller of the same settings
+// that is given these goes on like this one, after bounds_stand = 0 and bound_correction().
+template <class Visit>
+STILLREACH_INLINE void each_memory(ControllerState& c, Visit visit) {
+  const int n = c.settings.arm.n;
+  LastTick& last = c.last;
+  for (int i = 0; i < n; ++i) {
+    visit(&c.faults.of[i].health, 1);
+    visit(c.faults.of[i].number, 2);
+  }
+  visit(last.rates, n);
+  visit(last.anchor, n);
+  visit(&last.transition, 1);
+  visit(last.multiplier.u, 6);
+  visit(last.multiplier.kappa, kParts);
+  visit(&last.multiplier.raised, 1);
+  visit(&last.multiplier.known, 1);
+  visit(last.active, n);
+  visit(last.closing, n);
 }
 
 }  // namespace stillreach

@@ -89,15 +89,16 @@ inline void each_set(Rows<M> m, const double* U, int k, int size, double least, 
 }
 
 // Gradient of the logarithm of the worst relative manipulability, w(J without a set of joints) / w(J), over all sets of
-// c.null_failures joints, or of as many as are spare. d ln r = -tr(Q_SS^-1 (J^+ dJ Q)_SS), with Q = I - J^+ J. It is 0
+// null_failures joints, or of as many as are spare. d ln r = -tr(Q_SS^-1 (J^+ dJ Q)_SS), with Q = I - J^+ J. It is 0
 // at first.
 template <int M>
-inline void relative_gradient(Rows<M> m, const ControllerState& c, const double* q, Workspace& w, double* gradient) {
+inline void relative_gradient(Rows<M> m, const Settings& settings, const ThisTick& now, const double* q, Workspace& w,
+                              double* gradient) {
   double* const U = w.columns;
-  double* const force = c.scratch;  // 6 n
+  double* const force = now.scratch;  // 6 n
   double L[kRows][kStride], size;
-  const int k = moving_columns(m, c, w, true, size);
-  const int failures = k - m() < c.null_failures ? k - m() : c.null_failures;
+  const int k = moving_columns(m, settings, now, w, true, size);
+  const int failures = k - m() < settings.null_failures ? k - m() : settings.null_failures;
   if (k == 0 || failures < 1 || choices(k, failures) > kMostChoices) return;  // no joint is spare
   orthonormal_rows(m, U, k, 1e-6 * size, L);
   double worst = infinity();
@@ -140,9 +141,10 @@ inline void relative_gradient(Rows<M> m, const ControllerState& c, const double*
       for (int t = r + 1; t < m(); ++t) sum = madd(-L[t][r], y[t], sum);
       y[r] = sum / L[r][r];
     }
-    to_base(m, c, y, c.metric.columns ? c.metric.columns[w.joint[j]] : 1.0, force + 6 * j);
+    to_base(m, settings, now.pose, y, settings.metric.columns ? settings.metric.columns[w.joint[j]] : 1.0,
+            force + 6 * j);
   }
-  along_joints(c, q, w, k, force, gradient);
+  along_joints(settings, now, q, w, k, force, gradient);
 }
 
 // A facet of the tool's velocities where every joint's rate is in an interval: it is parallel to m - 1 columns.
@@ -200,18 +202,20 @@ inline void each_facet(Rows<M> m, const double* columns, int k, const Visit& vis
 // others reach in every direction, the distance to the nearest facet. It changes as the velocity J x of least size on
 // the facet does with J, x kept. It is 0 at first.
 template <int M>
-inline void speed_gradient(Rows<M> m, const ControllerState& c, const double* q, Workspace& w, double* gradient) {
-  const int n = c.arm.n;
-  double* const force = c.scratch;  // 6 n
+inline void speed_gradient(Rows<M> m, const Settings& settings, const Faults& faults, const ThisTick& now,
+                           const double* q, Workspace& w, double* gradient) {
+  const int n = settings.arm.n;
+  double* const force = now.scratch;  // 6 n
   double *const lower = force + 6 * n, *const upper = lower + n, *const left = upper + n, *const rate = left + n;
   double *const share = w.z, *const push = w.target;  // n each: what a joint adds to a distance, at its rate, and at 1
   double size;
-  const int k = moving_columns(m, c, w, false, size);
+  const int k = moving_columns(m, settings, now, w, false, size);
   if (k <= m() || choices(k, m() - 1) > kMostChoices) return;  // no joint is spare
   for (int j = 0; j < k; ++j) {
     const int i = w.joint[j];
-    const double back = c.rate_lower[i] > -infinity() ? c.rate_lower[i] : -kFullRate;
-    const Left rates = left_by(c.faults[i], back, c.rate_upper[i] < infinity() ? c.rate_upper[i] : kFullRate);
+    const double back = settings.rate_lower[i] > -infinity() ? settings.rate_lower[i] : -kFullRate;
+    const Left rates =
+        left_by(faults.of[i], back, settings.rate_upper[i] < infinity() ? settings.rate_upper[i] : kFullRate);
     lower[j] = smaller(rates.lower, 0.0);
     upper[j] = larger(rates.upper, 0.0);
     left[j] = infinity();
@@ -291,9 +295,9 @@ inline void speed_gradient(Rows<M> m, const ControllerState& c, const double* q,
   for (int j = 0; j < k; ++j) {
     double y[kRows] = {0, 0, 0, 0, 0, 0};
     for (int r = 0; r < m(); ++r) y[r] = force[6 * j + r] / total;
-    to_base(m, c, y, 1.0, force + 6 * j);
+    to_base(m, settings, now.pose, y, 1.0, force + 6 * j);
   }
-  along_joints(c, q, w, k, force, gradient);
+  along_joints(settings, now, q, w, k, force, gradient);
 }
 
 STILLREACH_END

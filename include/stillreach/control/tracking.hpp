@@ -163,37 +163,38 @@ STILLREACH_INLINE double product(double a, double b) { return a == 0.0 || b == 0
 
 // The largest correction, where the controller chooses it: the fastest that one joint alone, at the rate limit that its
 // fault leaves it, can move the tool, and turn it, in any pose. A joint turns the tool at its rate, and moves it at
-// most at that rate times the length of the links behind it. Where no joint does, there is no bound.
-inline void bound_correction(ControllerState& c) {
-  if (!c.track_automatic) return;
-  const Coupling* const coupling = c.arm.coupling;
-  const int moved = coupling ? coupling->moved : c.arm.n;
-  double *linear = c.scratch, *angular = c.scratch + c.arm.n, reach = 0.0;
-  for (int i = 0; i < c.arm.n; ++i) linear[i] = angular[i] = 0.0;
+// most at that rate times the length of the links behind it. Where no joint does, there is no bound. scratch: 2 n
+// numbers.
+inline void bound_correction(Settings& s, const Faults& faults, double* scratch) {
+  if (!s.track_automatic) return;
+  const Coupling* const coupling = s.arm.coupling;
+  const int moved = coupling ? coupling->moved : s.arm.n;
+  double *linear = scratch, *angular = scratch + s.arm.n, reach = 0.0;
+  for (int i = 0; i < s.arm.n; ++i) linear[i] = angular[i] = 0.0;
   for (int a = moved - 1; a >= 0; --a) {
     const int i = coupling ? coupling->leader[a] : a;
     const double factor = coupling ? magnitude(coupling->factor[a]) : 1.0;
-    double rate = larger(-c.rate_lower[i], c.rate_upper[i]);  // the speed multiplies the correction itself
-    if (c.speed != 1.0) rate = c.speed > 0.0 ? rate / c.speed : 0.0;
-    rate = works(c.faults[i]) ? largest_rate(c.faults[i], -rate, rate) : 0.0;
-    const double* shift = c.arm.links[a].shift;
+    double rate = larger(-s.rate_lower[i], s.rate_upper[i]);  // the speed multiplies the correction itself
+    if (s.speed != 1.0) rate = s.speed > 0.0 ? rate / s.speed : 0.0;
+    rate = works(faults.of[i]) ? largest_rate(faults.of[i], -rate, rate) : 0.0;
+    const double* shift = s.arm.links[a].shift;
     reach += square_root(madd(shift[0], shift[0], madd(shift[1], shift[1], shift[2] * shift[2])));
-    if (c.arm.links[a].kind == JointKind::REVOLUTE) {
+    if (s.arm.links[a].kind == JointKind::REVOLUTE) {
       linear[i] += product(factor * reach, rate);
       angular[i] += product(factor, rate);
     } else {
       linear[i] += product(factor, rate);
-      const double end = larger(magnitude(c.position_lower[i]), magnitude(c.position_upper[i]));
+      const double end = larger(magnitude(s.position_lower[i]), magnitude(s.position_upper[i]));
       reach += product(factor, end) + (coupling ? magnitude(coupling->offset[a]) : 0.0);
     }
   }
-  c.track_linear = c.track_angular = 0.0;
-  for (int i = 0; i < c.arm.n; ++i) {
-    c.track_linear = larger(c.track_linear, linear[i]);
-    c.track_angular = larger(c.track_angular, angular[i]);
+  s.track_linear = s.track_angular = 0.0;
+  for (int i = 0; i < s.arm.n; ++i) {
+    s.track_linear = larger(s.track_linear, linear[i]);
+    s.track_angular = larger(s.track_angular, angular[i]);
   }
-  if (c.track_linear == 0.0) c.track_linear = infinity();
-  if (c.track_angular == 0.0) c.track_angular = infinity();
+  if (s.track_linear == 0.0) s.track_linear = infinity();
+  if (s.track_angular == 0.0) s.track_angular = infinity();
 }
 
 STILLREACH_END

@@ -4,6 +4,16 @@
 #include "stillreach/linear/factor.hpp"
 #include "stillreach/types.hpp"
 
+namespace stillreach {
+
+struct Memory {  // as make_workspace() wants it
+  double* doubles;
+  int* ints;
+  std::int8_t* bytes;
+};
+
+}  // namespace stillreach
+
 STILLREACH_BEGIN
 
 struct Workspace {
@@ -71,6 +81,9 @@ STILLREACH_INLINE Workspace make_workspace(int n, bool full_joint_weight, double
   w.held = bytes + n;
   w.other_active = bytes + 2 * n;
   return w;
+}
+STILLREACH_INLINE Workspace make_workspace(int n, bool full_joint_weight, const Memory& memory) {
+  return make_workspace(n, full_joint_weight, memory.doubles, memory.ints, memory.bytes);
 }
 
 STILLREACH_END
