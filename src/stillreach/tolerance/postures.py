@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -13,18 +13,18 @@ from stillreach import _door
 from stillreach._door import FloatArray
 from stillreach.arm import Arm
 from stillreach.arm.dexterity import task_jacobian
-from stillreach.arm.relative import null_basis
+from stillreach.arm.relative import failure_sets, null_basis
 from stillreach.control import Controller
 from stillreach.errors import InputError
-from stillreach.null_motions import GuaranteedSpeed, NullMotion, Tolerance
+from stillreach.null_motions import GuaranteedSpeed, Tolerance
 from stillreach.simulation import Scenario
 from stillreach.simulation.pose_table import PoseTable
 from stillreach.simulation.progress import Progress
 from stillreach.task import Task
 from stillreach.tolerance.failures import Failures
+from stillreach.tolerance.losses import least_everywhere, relative
 from stillreach.tolerance.rehearsal import Rehearsal
 from stillreach.tolerance.rehearse import rehearsed, targets
-from stillreach.tolerance.report import report
 
 SAMPLES, CLIMBED = 256, 6
 """Configurations of the tool's pose that are looked at, and the best of them that are improved."""
@@ -97,37 +97,37 @@ def best_posture(
     motion.check(arm.n, chosen.m)
     number = _door.count("seed", seed, minimum=0)
 
-    def worst(at: FloatArray) -> float:
-        return _worst(arm, at, chosen, motion)[0]
-
-    before = worst(q)
     found = arm.inverse(target, q, task=chosen, solutions=SAMPLES, starts=4 * SAMPLES, seed=number)
-    samples = [q, *found.q[: int(found.found)]]
-    marks = [worst(sample) for sample in samples]
-    order = np.argsort(marks, kind="stable")[::-1]
-    best, mark = samples[order[0]], marks[order[0]]
-    for place in order[:CLIMBED]:
-        for at in _climbed(arm, samples[place], target, chosen, motion):
-            worth = worst(at)
-            if worth > mark:
-                best, mark = at, worth
-    best = _polished(arm, best, target, chosen, worst)
-    left, joints = _worst(arm, best, chosen, motion)
-    return Posture(_door.frozen(best), left, joints, before)
+    samples = np.vstack([q, found.q[: int(found.found)]])
+    marks, _ = _marks(arm, samples, chosen, motion)
+    before = float(marks[0])
+    order = np.argsort(marks, kind="stable")[::-1][:CLIMBED]
+    tried = [
+        samples[order[0]],
+        *(at for place in order for at in _climbed(arm, samples[place], target, chosen, motion)),
+    ]
+    best = tried[int(np.argmax(_marks(arm, np.array(tried), chosen, motion)[0]))]
+    best = _polished(arm, best, target, chosen, motion)
+    left, joints = _marks(arm, best[None], chosen, motion)
+    return Posture(_door.frozen(best), float(left[0]), tuple(arm.joint_names[joint] for joint in joints[0]), before)
 
 
-def _worst(arm: Arm, q: FloatArray, task: Task, motion: NullMotion) -> tuple[float, tuple[str, ...]]:
-    """What the worst loss leaves, and the joints that are lost; 0 where the arm is singular."""
-    failures = motion.failures if isinstance(motion, Tolerance) else 1
-    found = report(arm, q, k=failures, task=task)
-    joints, left = found.worst(failures)
+def _marks(
+    arm: Arm, q: FloatArray, task: Task, motion: Tolerance | GuaranteedSpeed
+) -> tuple[FloatArray, npt.NDArray[np.int64]]:
+    """(N,) what the worst loss leaves of configurations (N, n), and (N, k) the joints; 0 where the arm is singular."""
     if isinstance(motion, GuaranteedSpeed):
-        place = int(np.argmin(found.speeds[0]))
-        joints, left = (arm.joint_names[found.sets[0][place, 0]],), float(found.speeds[0][place])
-    return (left if found.rank == task.m else 0.0), joints
+        joint = least_everywhere(arm, q, 1, task=task).joint
+        place = np.argmin(joint, axis=1)
+        return np.nan_to_num(joint[np.arange(len(q)), place]), place[:, None]
+    found = relative(arm, q, motion.failures, task=task)
+    sets = failure_sets(range(arm.n), motion.failures)
+    return np.nan_to_num(found.worst[:, -1]), sets[found.which[:, -1]]
 
 
-def _climbed(arm: Arm, q: FloatArray, target: FloatArray, task: Task, motion: NullMotion) -> Iterator[FloatArray]:
+def _climbed(
+    arm: Arm, q: FloatArray, target: FloatArray, task: Task, motion: Tolerance | GuaranteedSpeed
+) -> Iterator[FloatArray]:
     """Configurations of the same pose along the gradient of what the worst loss leaves."""
     controller = Controller(arm, task=task, null_motion=motion, period=PERIOD)
     at = q.copy()
@@ -140,22 +140,20 @@ def _climbed(arm: Arm, q: FloatArray, target: FloatArray, task: Task, motion: Nu
 
 
 def _polished(
-    arm: Arm, q: FloatArray, target: FloatArray, task: Task, worst: Callable[[FloatArray], float]
+    arm: Arm, q: FloatArray, target: FloatArray, task: Task, motion: Tolerance | GuaranteedSpeed
 ) -> FloatArray:
     """The best configuration nearby: small steps along the self-motion, where the gradient's smooth minimum ends."""
-    mark, step = worst(q), LONGEST
+    mark, step = float(_marks(arm, q[None], task, motion)[0][0]), LONGEST
     while step > SHORTEST:
         axes = null_basis(task_jacobian(arm, q, task)).T
-        better = None
-        for way in (*axes, *-axes):
-            there = arm.inverse(target, q + step * way, task=task, nearest=True, starts=1)
-            worth = worst(np.asarray(there.q)) if there.reached else -1.0
-            if worth > mark:
-                better, mark = np.asarray(there.q), worth
-        if better is None:
-            step /= 2.0
+        starts = q + step * np.vstack([axes, -axes])
+        there = arm.inverse(np.tile(target, (len(starts), 1, 1)), starts, task=task, nearest=True, starts=1)
+        marks = np.where(there.reached, _marks(arm, np.ascontiguousarray(there.q), task, motion)[0], -1.0)
+        best = int(np.argmax(marks))
+        if marks[best] > mark:
+            q, mark = np.asarray(there.q[best]), float(marks[best])
         else:
-            q = better
+            step /= 2.0
     return q
 
 
