@@ -60,6 +60,7 @@ def setup(app):
         _read_headers(app)
     app.connect("autodoc-process-docstring", _bars_as_they_are)
     app.connect("source-read", _for_the_site)
+    app.connect("env-updated", _modules_with_source)
     app.connect("build-finished", _live_page)
 
 
@@ -89,6 +90,13 @@ def _read_headers(app):
 def _bars_as_they_are(app, what, name, thing, options, lines):
     """Bars in docstrings are absolute values, not substitutions."""
     lines[:] = [line.replace("|", "\\|") for line in lines]
+
+
+def _modules_with_source(app, env):
+    """The list of module sources links those that have a page: not the compiled one, which viewcode notes as False."""
+    modules = getattr(env, "_viewcode_modules", {})
+    for name in [name for name, source in modules.items() if not source]:
+        del modules[name]
 
 
 def _for_the_site(app, page, source):

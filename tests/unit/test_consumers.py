@@ -131,12 +131,38 @@ def test_a_program_chooses_its_instruction_set(
         assert run(tmp_path / "dispatched").startswith(("baseline: ", f"{most}: "))
 
 
-@pytest.mark.skipif(shutil.which("conan") is None, reason="pip install conan")
-def test_conan_creates_a_package_that_a_project_finds(tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.setenv("CONAN_HOME", str(tmp_path / "home"))
-    run("conan", "profile", "detect")
-    folder = f"tools.cmake.cmake_layout:test_folder={tmp_path / 'build'}"
-    run("conan", "create", ROOT, "--no-remote", f"--test-folder={CONSUMERS / 'conan'}", f"--conf={folder}")
+class TestConan:
+    pytestmark = pytest.mark.skipif(shutil.which("conan") is None, reason="pip install conan")
+
+    @pytest.fixture
+    def created(self, tmp_path: Path, monkeypatch):
+        """Creates the package without a remote, and says what a program of its consumer prints."""
+        monkeypatch.setenv("CONAN_HOME", str(tmp_path / "home"))
+        run("conan", "profile", "detect")
+        folder = f"--conf=tools.cmake.cmake_layout:test_folder={tmp_path / 'build'}"
+
+        def create(program: str, *options: str) -> str:
+            run("conan", "create", ROOT, "--no-remote", f"--test-folder={CONSUMERS / 'conan'}", folder, *options)
+            (built,) = (tmp_path / "build").rglob(program)
+            return run(built)
+
+        return create
+
+    def test_a_project_finds_the_package(self, created) -> None:
+        assert created("dispatched").startswith("baseline: ")
+
+    @pytest.mark.skipif(not has_header("tinyxml2.h"), reason="apt-get install libtinyxml2-dev")
+    def test_a_project_asks_for_robots_from_urdf(self, created, tmp_path: Path) -> None:
+        """tinyxml2 is a recipe of the test: Conan's own is on its remote."""
+        source = tmp_path / "urdf.cpp"
+        source.write_text(URDF.code, encoding="utf-8")
+        run("conan", "create", CONSUMERS / "tinyxml2", "--no-remote")
+        options = (
+            "--options=stillreach/*:urdf=True",
+            "--settings=build_type=Debug",
+            f"--conf=user.stillreach:urdf={source}",
+        )
+        assert created("urdf", *options) == URDF.output
 
 
 def test_the_wheel_holds_every_header() -> None:

@@ -22,6 +22,8 @@ class Consumer(ConanFile):
         toolchain.cache_variables["DISPATCHED"] = f"{self.recipe_folder}/../dispatched.cpp"
         toolchain.cache_variables["STILLREACH_INSTRUCTION_SETS"] = "baseline"
         toolchain.cache_variables["KERNEL_OPTIONS"] = "-O0"
+        if self.dependencies["stillreach"].options.urdf:
+            toolchain.cache_variables["URDF"] = self.conf.get("user.stillreach:urdf")
         toolchain.generate()
 
     def build(self):
@@ -32,3 +34,5 @@ class Consumer(ConanFile):
     def test(self):
         if can_run(self):
             self.run(f"{self.build_folder}/dispatched", env="conanrun")
+            if self.dependencies["stillreach"].options.urdf:
+                self.run(f"{self.build_folder}/urdf", env="conanrun")
