@@ -194,7 +194,7 @@ def test_windows_that_leave_no_rest():
     """As acceleration limits make them: twists that some fractions of can be done, none of it at rest."""
     rng = np.random.default_rng(17)
     arm, compared, without_rest = sr.arms.nasa_modular(), 0, 0
-    for _ in range(max(SAMPLE, 600)):
+    for _ in range(max(SAMPLE, 300)):
         q = rng.choice(
             [rng.uniform(-1, 1, 11), rng.uniform(-1, 1) * np.eye(11)[rng.integers(11)] + 1e-3 * rng.normal(size=11)]
         )

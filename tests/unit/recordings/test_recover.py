@@ -21,9 +21,9 @@ from tests.unit.recordings.looped import FULL, PANDA, TICKS, decoded
 
 @pytest.mark.timeout(900)
 def test_a_killed_loop_leaves_all_but_its_last_second(tmp_path):
-    """100 moments with STILLREACH_FULL=1, 10 without."""
+    """100 moments with STILLREACH_FULL=1, 5 without."""
     moments, done = random.Random(1), 0
-    for first in range(0, 100 if FULL else 10, 5):
+    for first in range(0, 100 if FULL else 5, 5):
         folders = [tmp_path / f"{first + k}.rosbag2" for k in range(5)]
         loop = [sys.executable, Path(__file__).with_name("loop.py")]
         loops = [subprocess.Popen([*loop, folder], stdout=subprocess.PIPE, text=True) for folder in folders]
@@ -52,7 +52,7 @@ def test_a_killed_loop_leaves_all_but_its_last_second(tmp_path):
             numbers = [number for _, number, _ in decoded(file)["/joint_states"]]
             assert numbers == list(range(len(stamps)))  # nothing is missing before
             done += 1
-    assert done == (100 if FULL else 10)
+    assert done == (100 if FULL else 5)
 
 
 def test_any_beginning_of_a_file_is_recovered_up_to_its_last_whole_chunk(recorded, tmp_path):
