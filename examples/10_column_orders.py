@@ -77,9 +77,7 @@ print(f"{2 * len(orders)} orders in {time.perf_counter() - began:.0f} s, at {len
 print(f"tolerant {shares.min():.0%} to {shares.max():.0%}, median {np.median(shares):.0%}")
 poses, began, ranked = grid(MEDIUM), time.perf_counter(), np.argsort(-shares)
 again = np.array([workspace(orders[k], poses, angles=5, starts=30).share for k in ranked[:40]])
-print(
-    f"the best {len(again)} again in {time.perf_counter() - began:.0f} s, at {len(poses)} positions {MEDIUM} m apart:"
-)
+print(f"the best {len(again)} again in {time.perf_counter() - began:.0f} s, at {len(poses)} positions:")
 for place in np.argsort(-again)[:5]:
     print(f"  columns {' '.join(str(i + 1) for i in orders[ranked[place]])}: {again[place]:.1%}")
 
@@ -87,12 +85,12 @@ figure, axes = plt.subplots(1, 4, figsize=(16, 4.6), layout="constrained")
 axes[0].hist(100 * shares, bins=np.arange(0, 101, 4), color="#1b4f8a", weights=np.full(len(shares), 2))
 axes[0].set(xlabel="positions that stay reachable [%]", ylabel="arms", title=f"{2 * len(orders)} orders of 7 columns")
 colours = np.array(["#dfe3e8", "#f0963c", "#1b4f8a"])
-chosen = {"best": ranked[np.argmax(again)], "median": ranked[len(ranked) // 2], "worst": ranked[-1]}
-for place, (word, k) in zip(axes[1:], chosen.items(), strict=True):
-    found = workspace(orders[k], grid(FINE, axes=2), angles=5, starts=60)
+chosen = {"best": again.argmax(), "median": len(ranked) // 2, "worst": -1}
+for place, (word, at) in zip(axes[1:], chosen.items(), strict=True):
+    found = workspace(order := orders[ranked[at]], grid(FINE, axes=2), angles=5, starts=60)
     shown = colours[np.where(found.tolerant, 2, np.where(found.before, 1, 0))]
     place.scatter(*found.poses[:, :2, 3].T, c=shown, marker="s", s=11, linewidths=0)
-    place.set(xlabel="x [m]", ylabel="y [m]", title=f"{word}: columns {np.array(orders[k]) + 1}, z = 0", aspect="equal")
+    place.set(xlabel="x [m]", ylabel="y [m]", title=f"{word}: columns {np.array(order) + 1}, z = 0", aspect="equal")
 named = zip(colours, ("not reached", "reached until a joint locks", "reached whichever joint locks"), strict=True)
 figure.legend(handles=[Patch(color=c, label=name) for c, name in named], loc="outside lower center", ncols=3)
 out = Path(sys.argv[1] if len(sys.argv) > 1 else ".") / "column-orders.png"
