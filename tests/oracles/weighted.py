@@ -120,22 +120,16 @@ def decompose(
     joint_units=1.0,
     task=None,
     joints=None,
-    extents=None,
     rank_tolerance=RANK_TOLERANCE,
 ):
     """Weight and decompose the problem for J (m, n), twist (m,) and bounds (n,), equal where a joint does not work.
 
     `row_units` (m,) and `joint_units` (n,) or scalars; `task` is W1, `joints` W2, each None, a diagonal or a matrix.
-    `extents` (n,) are the limits D of the damping laws: W2 then measures dq = D u by u, times the largest finite extent
-    in joint units, so that one limit for all joints changes nothing. Joints without a limit keep their unit.
     """
     m, n = j.shape
     working = lower != upper
     start = np.where(working, 0.0, lower)
     units = np.ones(n) * joint_units
-    limited = working & np.isfinite(np.inf if extents is None else extents)
-    if np.any(limited):
-        units[limited] = extents[limited] / np.max(extents[limited] / units[limited])
     back = np.diag(units[working])
     if joints is not None:
         w2 = full_weight(joints, n)

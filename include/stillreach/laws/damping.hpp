@@ -5,6 +5,7 @@
 #pragma once
 
 #include "stillreach/laws/exact_damping.hpp"
+#include "stillreach/problem/workspace.hpp"
 
 STILLREACH_BEGIN
 
@@ -41,6 +42,31 @@ STILLREACH_INLINE double safe_step(int rank, const double* a, const double* inve
   const double harmonic = p * excess / ((limit + n) * dp);
   const double taylor = 2.0 * excess / (slope + square_root(madd(slope, slope, 4.0 * n3 * excess)));
   return taylor > harmonic ? taylor : harmonic;  // a NaN in either leaves the other, or ends the search
+}
+
+// w.shapes: the part of each singular direction in each joint's column, zeros from the rank on. Rows are 6 apart.
+template <int M>
+inline void write_shapes(Rows<M> m, const Spectrum& sp, int k, Workspace& w) {
+  if (sp.columns > 0) {
+    for (int j = 0; j < kRows; ++j) {
+      if (j < sp.rank) apply_reflections(sp, sp.right[j], w.target);
+      for (int i = 0; i < k; ++i) w.shapes[6 * i + j] = j < sp.rank ? w.target[i] * sp.sigma[j] : 0.0;
+    }
+    return;
+  }
+  double across[kRows][kStride] = {};  // left singular vectors, by rows
+  for (int j = 0; j < sp.rank; ++j)
+    for (int r = 0; r < m(); ++r) across[r][j] = sp.left[j][r];
+  for (int i = 0; i < k; ++i) {
+    Pack low = {}, high = {};
+    for (int r = 0; r < m(); ++r) {
+      const Pack a = broadcast(w.columns[i * kStride + r]);
+      low = madd(a, load(across[r]), low);
+      high = madd(a, load(across[r] + 4), high);
+    }
+    store(w.shapes + 6 * i, low);
+    store(w.shapes + 6 * i + 4, high);  // the next row overwrites the last two
+  }
 }
 
 STILLREACH_INLINE void reciprocals(const DampingSearch& d, double kappa, double* inverse) {

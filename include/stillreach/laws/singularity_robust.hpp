@@ -3,38 +3,12 @@
 // u.
 #pragma once
 
-#include "stillreach/laws/damping.hpp"
-#include "stillreach/laws/pseudoinverse.hpp"
+#include "stillreach/laws/sides.hpp"
 
 STILLREACH_BEGIN
 
-constexpr int kSidePasses = 12;
-constexpr int kFreePasses = 4;  // after these a joint that changes sides keeps the smaller of its two bounds
-
-// w.shapes: the part of each singular direction in each joint's column, zeros from the rank on. Rows are 6 apart.
-template <int M>
-inline void write_shapes(Rows<M> m, const Spectrum& sp, int k, Workspace& w) {
-  if (sp.columns > 0) {
-    for (int j = 0; j < kRows; ++j) {
-      if (j < sp.rank) apply_reflections(sp, sp.right[j], w.target);
-      for (int i = 0; i < k; ++i) w.shapes[6 * i + j] = j < sp.rank ? w.target[i] * sp.sigma[j] : 0.0;
-    }
-    return;
-  }
-  double across[kRows][kStride] = {};  // left singular vectors, by rows
-  for (int j = 0; j < sp.rank; ++j)
-    for (int r = 0; r < m(); ++r) across[r][j] = sp.left[j][r];
-  for (int i = 0; i < k; ++i) {
-    Pack low = {}, high = {};
-    for (int r = 0; r < m(); ++r) {
-      const Pack a = broadcast(w.columns[i * kStride + r]);
-      low = madd(a, load(across[r]), low);
-      high = madd(a, load(across[r] + 4), high);
-    }
-    store(w.shapes + 6 * i, low);
-    store(w.shapes + 6 * i + 4, high);  // the next row overwrites the last two
-  }
-}
+constexpr int kSidePasses = 12;  // under a full joint weight, where no one answer need be the least
+constexpr int kFreePasses = 4;   // after these a joint that changes sides keeps the smaller of its two bounds
 
 // The damping factor that a law's settings ask for, given the undamped answer in w.z (scaled rates x) and `in`.
 // Writes the damped answer to w.z where the factor is not 0.
@@ -145,7 +119,7 @@ inline bool damped_pass(Rows<M> m, const LawSettings& law, const Problem& p, Wor
 }
 
 // Joints pushed against a bound at or beyond zero are held there; those that moved to the side with another bound get
-// it. True where something changed and the rest must be solved again.
+// it. True where something changed: the sides are not yet those that the joints move to.
 inline bool review_sides(const Problem& p, int k, int pass, Workspace& w, double* rates) {
   bool changed = false;
   for (int j = 0; j < k; ++j) {
@@ -198,9 +172,12 @@ inline void singularity_robust(Rows<M> m, const LawSettings& law, const Problem&
   for (int pass = 0; pass < kSidePasses; ++pass) {
     solved = damped_pass(m, law, p, w, out, s);
     if (!solved || !review_sides(p, s.k, pass, w, out.rates)) break;
+    if (s.full) continue;
+    settle_sides(Rows<0>{m()}, law, p, s, w, out);
+    break;
   }
-  if (s.k == 0) out.status |= NO_WORKING_JOINT;
-  if (solved && p.reference) add_null_motion(m, law, p, s, w, out.rates);
+  if (!solved && s.k == 0) out.status |= NO_WORKING_JOINT;
+  if (solved && s.k > 0 && p.reference) add_null_motion(m, law, p, s, w, out.rates);
   if (out.damping > 0.0) out.status |= DAMPED;
   for (int i = 0; i < p.n; ++i) {
     if (!(p.lower[i] < p.upper[i])) {

@@ -134,15 +134,21 @@ STILLREACH_INLINE void weighted_column(Rows<M> m, const double* R, const double*
   for (int r = m(); r < kStride; ++r) a[r] = 0.0;
 }
 
-// The largest finite extent of the working joints, in joint units: damping keeps the units of J J'.
-inline double reference_extent(const Problem& p, int k, const double* extent, const Workspace& w) {
+// The largest finite bound of the joints with lower < upper, in joint units: damping keeps the units of J J'.
+inline double reference_extent(const Problem& p) {
   double reference = 0.0;
-  for (int j = 0; j < k; ++j) {
-    const int i = w.joint[j];
-    const double e = p.metric.units ? extent[i] / p.metric.units[i] : extent[i];
+  for (int i = 0; i < p.n; ++i) {
+    if (!(p.lower[i] < p.upper[i])) continue;
+    const double extent = larger(p.upper[i], -p.lower[i]), e = p.metric.units ? extent / p.metric.units[i] : extent;
     if (e < infinity() && e > reference) reference = e;
   }
   return reference;
+}
+
+// A bound beside the reference, as the damping laws scale the joint's rate.
+STILLREACH_INLINE double relative_extent(const Problem& p, int i, double extent, double reference) {
+  if (!(reference > 0.0 && extent < infinity())) return 1.0;
+  return (p.metric.units ? extent / p.metric.units[i] : extent) / reference;
 }
 
 // Brings columns and right-hand side into the range where squares can be summed.
@@ -198,13 +204,12 @@ inline System assemble(Rows<M> m, const Problem& p, const double* rates, const s
   if (size > 0.0 && size < 1e-60)  // a bound that leaves no rest moves the right-hand side, too
     for (int j = 0; j < k; ++j) nearby += magnitude(clamp(0.0, p.lower[w.joint[j]], p.upper[w.joint[j]]));
 
-  const double reference = extent ? reference_extent(p, k, extent, w) : 0.0;
+  const double reference = extent ? reference_extent(p) : 0.0;
   Pack sum = broadcast(0.0);
   for (int j = 0; j < k; ++j) {
     const int i = w.joint[j];
     double scale = p.metric.columns ? p.metric.columns[i] : 1.0;
-    if (reference > 0.0 && extent[i] < infinity())
-      scale *= (p.metric.units ? extent[i] / p.metric.units[i] : extent[i]) / reference;
+    if (extent) scale *= relative_extent(p, i, extent[i], reference);
     w.scale[j] = scale;
     double* a = w.columns + j * kStride;
     weighted_column(m, p.metric.rows, p.jacobian + i * m(), scale, a);

@@ -22,10 +22,11 @@ NORMS = {"inf": NormKind.MAXIMUM, "2": NormKind.EUCLIDEAN}
 class SingularityRobust(Law):
     """Minimises |twist - J dq|² + κ |dq|² over the working joints (Bedrossian, 1994, eq. 5 to 8), both norms weighted.
 
-    Limits act through dq = D u, where D is the bound in the direction of each joint: κ is chosen so that |u| <= 1, and
-    damping acts on u (for one limit for all joints: on the rates). A joint pushed against a zero bound is held for this
-    tick, and the rest is solved again. Rates still outside are cut to their bounds, with CLIPPED. A reference rate adds
-    its null motion, as far as the bounds allow.
+    Limits act through dq = D u, where D is the bound on the side that each joint moves to: κ is chosen so that
+    |u| <= 1, and damping acts on u (for one limit for all joints: on the rates). A joint rests on a zero bound where
+    moving off it gains nothing. Rates beyond a bound are cut to it, with CLIPPED: under a given κ, and under a full
+    matrix as joint weight, where a joint's two sides need not agree. A reference rate adds its null motion, as far as
+    the bounds allow.
 
     Weights may be only positive semidefinite where P = Jᵀ W1 J + W2 of eq. (8) is regular over the working joints; κ
     then multiplies W2. ``solve`` rejects others. In loops and batches, where J changes, joint motions

@@ -6,7 +6,6 @@ import pytest
 import stillreach as sr
 from oracles.cases import law_cases
 from oracles.damping import rate_norm, rates_at, smallest_damping
-from oracles.weighted import decompose
 
 EPS = np.finfo(float).eps
 LAW = sr.SingularityRobust(damping="exact")
@@ -127,45 +126,6 @@ def test_all_joints_failed():
         np.testing.assert_array_equal(out.rates, (0.0, 0.0))
         assert out.status & sr.Status.NO_WORKING_JOINT
         np.testing.assert_array_equal(out.residual, twist)
-
-
-def on_the_sides_moved_to(case, rates):
-    """The case with D taken from the sides that `rates` moves to, joints at rest on a zero bound held, and D (k,)."""
-    extents = np.where(rates > 0, case.upper, np.where(rates < 0, -case.lower, np.maximum(case.upper, -case.lower)))
-    held = case.failed | ((rates == 0) & ((case.upper == 0) | (case.lower == 0)))
-    lower, upper = (np.where(held, rates, side) for side in (case.lower, case.upper))
-    problem = decompose(case.j, case.twist, lower, upper, task=case.task, extents=extents, **case.units)
-    return problem, extents[problem.working]
-
-
-@pytest.mark.parametrize("norm", ["inf", "2"])
-def test_per_joint_and_one_sided_limits_act_on_u(norm, bound_cases, ask, tally, tolerance):
-    for case in bound_cases[:8000]:
-        out = ask(sr.SingularityRobust, case, damping="exact", norm=norm)
-        tally.keeps_bounds(case, out.rates)
-        problem, extents = on_the_sides_moved_to(case, out.rates)
-        used = rate_norm(out.rates[problem.working] / extents, norm) if problem.working.any() else 0.0
-        slack = 2e-9 + 100 * EPS * problem.condition**2
-        if out.status & sr.Status.CLIPPED:
-            tally["clipped"] += 1
-            continue
-        tally["damped" if out.damping > 0 else "undamped"] += 1
-        if problem.kind not in ("regular", "rank deficient") or slack > 1e-6 or case.joints is not None:
-            continue
-        tally.holds(used <= 1 + slack, case, used)
-        if out.damping == 0:
-            continue
-        c, s2 = problem.coefficients
-        below = smallest_damping(c / extents[:, None], s2, norm, 1 - slack, up_to=out.damping)
-        expected = problem.rates(out.damping)
-        agrees = np.linalg.norm(out.rates - expected) <= 1e-8 * np.linalg.norm(expected)
-        if used >= 1 - slack and below is None and agrees:
-            tally["agree with their own sides"] += 1
-            continue
-        tally["sides do not settle"] += 1  # where no choice of sides is the one that its own answer moves to
-        tally.holds(not np.array_equal(case.lower, -case.upper), case, used, below or 0.0, out.damping)
-    tally.settle()
-    assert tally["sides do not settle"] < 0.01 * tally["agree with their own sides"]
 
 
 def test_per_joint_limits_by_hand():

@@ -35,6 +35,8 @@ def same(a, b, label):
 def test_a_vector_is_the_diagonal_of_a_matrix(law, settings, ask):
     rng = np.random.default_rng(10)
     for case in tame(10, bounds=BOUNDS, runaways=0.2):
+        if law is sr.SingularityRobust and not np.array_equal(case.lower[~case.failed], -case.upper[~case.failed]):
+            continue  # a matrix may couple a joint's two sides, and then no one answer need be the least
         m, n = case.j.shape
         task, joints = rng.uniform(0.2, 5.0, m), rng.uniform(0.2, 5.0, n)
         vectors = ask(law, replace(case, task=task, joints=joints), **settings)
