@@ -184,7 +184,8 @@ inline double error_slope(Rows<M> m, int g, Box& b, const Priced& d) {
 template <int M>
 inline void search_price(Rows<M> m, const double* rhs, bool known, const double* first, Box& b, Workspace& w,
                          Priced& d) {
-  bool careful = false, settled = false;
+  bool careful = known && d.careful, settled = false;
+  d.careful = false;
   for (int i = 0; i < b.k; ++i) b.state[i] = 0;
   b.capped = false;
   d.rejected = 0;
@@ -207,7 +208,8 @@ inline void search_price(Rows<M> m, const double* rhs, bool known, const double*
       if ((best.gap <= best.enough && d.rejected != 1) || d.rejected > 3) break;
     }
     if (careful || 2 * step > most) {
-      if (careful_step(m, rhs, b, w, d)) return;
+      d.careful = careful_step(m, rhs, b, w, d);
+      if (d.careful) return;
       careful = known = settled = false;
       continue;
     }

@@ -23,28 +23,45 @@ inline void solve_rows(Rows<M> m, const LawSettings& law, const Problem& p, Work
   report(m, p, out);
 }
 
-// Whether the working joints could hold the tool still, inside their bounds, against those that move at one rate.
-// answer: the law's.
+// Whether the working joints could hold the tool still, inside their bounds, against those that move at one rate. What
+// their best answer without bounds leaves no other one undoes. answer: the law's.
 template <int M>
 inline bool can_stand_still(Rows<M> m, const LawSettings& law, const Problem& p, Workspace& w, const Answer& answer) {
   const double still[kRows] = {0, 0, 0, 0, 0, 0};
-  double residual[kRows];
+  double residual[kRows], rhs[kStride];
   LawSettings bare = law;
   bare.kind = LawKind::LEAST_ERROR;
   bare.parts = 0;
   Problem stand = p;
   stand.twist = still;
   stand.reference = nullptr;
+  Answer out = answer;
+  out.residual = residual;
   if (law.kind == LawKind::KEEP_DIRECTION && answer.scale == 0.0) {  // it is at rest, as nearly as can be
-    Answer rest = answer;
-    rest.residual = residual;
     task_residual(m, stand, answer.rates, residual);
-    return !fault_not_compensated(m, stand, rest);
+    return !fault_not_compensated(m, stand, out);
   }
-  Answer out{w.other, residual, w.other_active, OK, 0, 0.0, 0.0, 0.0};
-  for (int i = 0; i < p.n; ++i) w.other_active[i] = 0;
-  least_error(m, bare, stand, w, out);
-  return !(out.status & FAULT_NOT_COMPENSATED);
+  out.rates = w.other;
+  out.active = w.other_active;
+  out.multiplier = nullptr;
+  for (int i = 0; i < p.n; ++i) out.active[i] = 0;
+  System s;
+  if (!prepare(m, stand, w, out, s)) return !(out.status & FAULT_NOT_COMPENSATED);
+  Box b = make_box(m, bare, stand, s, out.rates, w, rhs);
+  Inner in;
+  if (solve_unbounded(m, rhs, b, in)) {
+    for (int j = 0; j < s.k; ++j) b.z[j] = b.target[j];
+  } else {
+    double size = m();  // of the weights, so that this is surely more than rounding
+    for (int r = 0; p.metric.rows && r < m() * m(); ++r) size = madd(p.metric.rows[r], p.metric.rows[r], size);
+    const double least = size_of(m, in.residual) * s.unit_b / square_root(m() * size);
+    if (least > kCompensated * drift_of<double>(m, stand)) return false;
+    if (in.rank < (s.k < m() ? s.k : m())) out.status |= SINGULAR;
+    bare_optimum(m, s, rhs, w, b, in, out);
+  }
+  write_rates(stand, b, w, out.rates);
+  task_residual(m, stand, out.rates, residual);
+  return !fault_not_compensated(m, stand, out);
 }
 
 // solve_law(), whose FAULT_NOT_COMPENSATED only says that a fixed joint moves and the task is not met.

@@ -11,7 +11,9 @@
 
 STILLREACH_BEGIN
 
-constexpr int kSideTurns = 40;      // most times that joints at rest are turned to their other side
+constexpr int kSideTurns = 40;  // most times that joints at rest are turned to their other side
+constexpr int kSureSteps = 12;
+constexpr double kLongStep = 4.0;   // to so many times the damping
 constexpr int kCrossingSteps = 60;  // most dampings between one that is too small and one that will do
 constexpr double kSame = 1e-13;     // relative difference of two dampings that is rounding
 constexpr double kMostDamping = 1e300;
@@ -69,6 +71,11 @@ inline void choose_sides(Sides& t) {
   }
 }
 
+// Which way the multiplier of the present answer, for kappa > 0, pulls joint j: below 0 to its other side.
+STILLREACH_INLINE double pulled(Rows<0> m, const Sides& t, int j) {
+  return dot(m, t.w.columns + j * kStride, t.in.dual);
+}
+
 // The answer for one kappa. Joints at rest are turned until none has left its rest on either side.
 inline void settle(Rows<0> m, const double* rhs, double kappa, Sides& t) {
   Box& b = t.box;
@@ -82,7 +89,7 @@ inline void settle(Rows<0> m, const double* rhs, double kappa, Sides& t) {
     for (int j = 0; j < b.k; ++j) {
       const int i = w.joint[j];
       const bool up = w.scale[j] > 0.0, rests = b.state[j] < 0 && w.lower[j] == 0.0 && w.upper[j] > 0.0;
-      w.held[i] = moved && rests && has_room(t, i, !up);
+      w.held[i] = moved && rests && has_room(t, i, !up) && !(kappa > 0.0 && pulled(m, t, j) >= 0.0);
       if (!w.held[i]) continue;
       turn_to(t, j, !up);
       turned = true;
@@ -103,15 +110,17 @@ inline double relative_size(NormKind norm, const Sides& t) {
   return norm == NormKind::EUCLIDEAN ? square_root(square) : largest;
 }
 
-// Keeps the side of each joint that moves. True where one has changed.
-inline bool remember_sides(Sides& t) {
-  bool changed = false;
-  for (int j = 0; j < t.box.k; ++j) {
-    const std::int8_t now = static_cast<std::int8_t>(t.box.state[j] != 0 ? 0 : t.w.scale[j] > 0.0 ? 1 : 2);
-    changed |= t.w.other_active[j] != now;
-    t.w.other_active[j] = now;
-  }
-  return changed;
+STILLREACH_INLINE std::int8_t side(const Sides& t, int j) {
+  return static_cast<std::int8_t>(t.box.state[j] != 0 ? 0 : t.w.scale[j] > 0.0 ? 1 : 2);
+}
+// The side of each joint that moves, or 0, to compare with later.
+inline void remember_sides(Sides& t) {
+  for (int j = 0; j < t.box.k; ++j) t.w.other_active[j] = side(t, j);
+}
+inline bool same_sides(const Sides& t) {
+  for (int j = 0; j < t.box.k; ++j)
+    if (t.w.other_active[j] != side(t, j)) return false;
+  return true;
 }
 
 // The search over dampings on the present sides.
@@ -170,7 +179,8 @@ inline double crossing(Rows<0> m, NormKind norm, const double* rhs, double low, 
   return high;
 }
 
-// The first kappa that meets the limit, along steps that never pass it while the sides stay. size: at kappa = 0.
+// The first kappa that meets the limit, along steps that do not pass it while the sides stay; after kSureSteps of them
+// along longer ones. size: at kappa = 0.
 inline double exact_on_sides(Rows<0> m, NormKind norm, const double* rhs, double size, Sides& t, bool& capped) {
   DampingSearch d;
   double kappa = 0.0;
@@ -178,12 +188,16 @@ inline double exact_on_sides(Rows<0> m, NormKind norm, const double* rhs, double
   for (int step = 0; step < kDampingSteps; ++step) {
     if (changed) decompose(m, rhs, t, d);
     if (norm == NormKind::MAXIMUM) gather_terms(d);
-    const double next = kappa + (norm == NormKind::EUCLIDEAN ? step_2(d, kappa) : step_inf(d, kappa));
+    double next = kappa + (norm == NormKind::EUCLIDEAN ? step_2(d, kappa) : step_inf(d, kappa));
     if (!(next > kappa)) return kappa;
+    const bool sure = step < kSureSteps;
+    if (!sure) next = larger(next, kLongStep * kappa);
     settle(m, rhs, next, t);
-    changed = remember_sides(t);
+    changed = !same_sides(t);
+    remember_sides(t);
     const double now = relative_size(norm, t);
-    if (now <= 1.0 + kLimitSlack) return changed ? crossing(m, norm, rhs, kappa, size - 1.0, next, now - 1.0, t) : next;
+    if (now <= 1.0 + kLimitSlack)
+      return changed || !sure ? crossing(m, norm, rhs, kappa, size - 1.0, next, now - 1.0, t) : next;
     kappa = next;
     size = now;
   }
@@ -205,7 +219,8 @@ inline double closed_form_on_sides(Rows<0> m, NormKind norm, const double* rhs, 
     if (!(next > low && next < high && high - low > kSame * high)) break;
     kappa = next;
     settle(m, rhs, kappa, t);
-    changed = remember_sides(t);
+    changed = !same_sides(t);
+    remember_sides(t);
   }
   capped = high - low > kSame * high;
   settle(m, rhs, high, t);
@@ -215,7 +230,7 @@ inline double closed_form_on_sides(Rows<0> m, NormKind norm, const double* rhs, 
 // The kappa that the law asks for, and the answer for it in the box.
 inline double damping_on_sides(Rows<0> m, const LawSettings& law, const double* rhs, Sides& t, bool& capped) {
   settle(m, rhs, 0.0, t);
-  (void)remember_sides(t);
+  remember_sides(t);
   const double size = relative_size(law.norm, t);
   if (size <= 1.0 + kLimitSlack) return 0.0;
   return law.damping == DampingKind::EXACT ? exact_on_sides(m, law.norm, rhs, size, t, capped)
