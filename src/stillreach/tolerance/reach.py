@@ -14,7 +14,7 @@ from stillreach._words import aligned, share, shown
 from stillreach.arm import Arm
 from stillreach.arm.limits import sampling_range
 from stillreach.errors import InputError
-from stillreach.inverse import Inverse
+from stillreach.inverse_result import Inverse
 from stillreach.task import Task
 
 __all__ = ["ReachLeft", "reach"]
