@@ -92,7 +92,7 @@ class Inverse:
             return f"out of reach: farther away than the stretched arm is long; {off}"
         held = f" with {self._held_joints} held{self._outside(at)}" if self.held else ""
         text = f"not reached from {starts} start{'s' if starts > 1 else ''}{held}; {off}{self._ways_out(at)}"
-        return f"{text}. {self._poor}" if self._poor else text
+        return f"{text}. {self.warning}" if self.warning else text
 
     @cached_property
     def remaining(self) -> float:
@@ -119,8 +119,8 @@ class Inverse:
         )
 
     @cached_property
-    def _poor(self) -> str:
-        """Of an arm that can do little without the held joints, a sentence; else nothing."""
+    def warning(self) -> str:
+        """A sentence about an arm that can do little without the held joints; empty for others."""
         rows, free = 6 if self.task is None else len(self.task.indices), self.arm.n - len(self.held)
         if not self.held or not self.remaining < POOR:
             return ""
@@ -187,7 +187,7 @@ class Inverse:
             starts = int(self.starts.max())
             parts.append(f"{rest} not reached from {starts} start{'s' if starts > 1 else ''}")
         text = "; ".join(parts)
-        return f"{text}. {self._poor}" if rest and self._poor else text
+        return f"{text}. {self.warning}" if rest and self.warning else text
 
     def __repr__(self) -> str:
         return f"<Inverse of {self.arm.name}: {self}>"

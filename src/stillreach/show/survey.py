@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stillreach.show.left import depth_labels
-from stillreach.show.style import COLOURS, in_picture, matplotlib_or_error, new_figure, styled
+from stillreach.show.style import COLOURS, in_picture, matplotlib_or_error, new_figure, styled, wrapped
 from stillreach.tolerance.surveys.arrays import CELLS, EDGES, PLANES, SPEED_EDGES, quantile
 
 if TYPE_CHECKING:
@@ -50,7 +49,7 @@ def survey_figure(found: Survey) -> Figure:
         panels.append(lambda axes: _positions(axes, found))
     rows = -(-len(panels) // 2)
     with styled(PURPOSE):
-        verdict = textwrap.wrap(f"{in_picture(found.arm.name)}: {found.verdict}", 110)
+        verdict = wrapped(f"{in_picture(found.arm.name)}: {found.verdict}", 110)
         height = 0.4 + 0.2 * len(verdict) + 3.4 * rows
         figure = new_figure(10.0, height)
         figure.text(0.02, 1.0 - 0.12 / height, "\n".join(verdict), va="top", fontsize=10.5)
@@ -124,9 +123,10 @@ def _depth(axes: Axes, found: Survey) -> None:
 
 
 def _reach(axes: Axes, found: Survey) -> None:
-    """Shares of poses before and after each loss, the worst first."""
+    """Shares of poses before and after each joint's loss, or that of sets where no joint fails alone; worst first."""
     before = 100.0 * float(found.total("reach_before")) / max(found.configurations, 1)
-    _bars(axes, [" + ".join(joints) for joints in found.sets], 100.0 * found.reached, before)
+    own = [place for place, joints in enumerate(found.sets) if len(joints) == 1] or list(range(len(found.sets)))
+    _bars(axes, [" + ".join(found.sets[place]) for place in own], 100.0 * found.reached[own], before)
     axes.set(xlabel="poses reached [%]")
     axes.set_title("reach before and after each loss")
 
@@ -147,6 +147,6 @@ def _bars(axes: Axes, names: list[str], shares: np.ndarray, before: float) -> No
     values = [before, *shares[order]]
     bars = axes.barh(places, values, color=[PALE, *[STRONG] * len(order)])
     axes.bar_label(bars, [f"{value:.3g} %" for value in values], fontsize=8.5, padding=2)
-    axes.set_yticks(places, ["all joints", *(in_picture(names[place], 22) for place in order)])
+    axes.set_yticks(places, ["all joints", *(in_picture(names[place], 16) for place in order)])
     axes.set(ylim=(len(places) - 0.5, -0.5), xlim=(0.0, 115.0))
     axes.grid(visible=False, axis="y")
