@@ -175,12 +175,13 @@ def test_the_nearest_configuration():
     assert better >= 10
 
 
-def test_the_longest_self_motion():
+@pytest.mark.parametrize("distance", [0.2, 0.7, 1.6, 2.5])
+def test_the_longest_self_motion(distance):
     """Unit planar 3R at distance R: |θ2|, |θ3| <= 2 acos(|R - 1| / 2), and no further."""
     arm = sr.arms.planar(3)
     target = np.eye(4)
-    target[0, 3] = 1.6
-    most = 2 * math.acos(0.3)
+    target[0, 3] = distance
+    most = 2 * math.acos(abs(distance - 1.0) / 2)
     for joint in ("j2", "j3"):
         inside = arm.inverse(target, locked={joint: most - 1e-4}, task=planar_task())
         beyond = arm.inverse(target, locked={joint: most + 1e-4}, task=planar_task())

@@ -49,7 +49,7 @@ def survey_figure(found: Survey) -> Figure:
         panels.append(lambda axes: _positions(axes, found))
     rows = -(-len(panels) // 2)
     with styled(PURPOSE):
-        verdict = wrapped(f"{in_picture(found.arm.name)}: {found.verdict}", 110)
+        verdict = wrapped(f"{in_picture(found.arm.name)}: {found.verdict}", 120)
         height = 0.4 + 0.2 * len(verdict) + 3.4 * rows
         figure = new_figure(10.0, height)
         figure.text(0.02, 1.0 - 0.12 / height, "\n".join(verdict), va="top", fontsize=10.5)
