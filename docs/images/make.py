@@ -1,9 +1,9 @@
 """Shrinks the pictures of the pages: ``.venv/bin/python docs/images/make.py``.
 
 Draw them before, in the root of the repository: ``make demo``, ``stillreach run panda-elbow``; for survey.png
-``stillreach survey panda --samples 100000 -k 1 --metric relative --metric depth --metric reach``; for slice and cloud
-``stillreach survey panda --samples 20000 -k 1 --metric positions --out out/positions``. One that is not drawn stays as
-it is. still-goes.png is a picture of the page of docs/rehearsal.md with ``--survey 1000``.
+``stillreach survey panda --samples 100000 -k 1 --metric relative --metric depth --metric reach --metric positions``;
+for slice and cloud ``stillreach survey panda --samples 20000 -k 1 --metric positions --out out/positions``. One that
+is not drawn stays as it is. still-goes.png is a picture of the page of docs/rehearsal.md with ``--survey 1000``.
 """
 
 from pathlib import Path

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from stillreach.errors import InputError as InputError
     from stillreach.errors import StillreachError as StillreachError
     from stillreach.faults import *
-    from stillreach.inverse import *
+    from stillreach.inverse_result import *
     from stillreach.laws import *
     from stillreach.recordings import *
     from stillreach.rollouts import *
@@ -46,7 +46,7 @@ _WHOLE = (
     "laws",
     "batch",
     "rollouts",
-    "inverse",
+    "inverse_result",
     "control",
     "simulation",
     "recordings",

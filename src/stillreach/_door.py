@@ -219,6 +219,8 @@ def frozen(array: npt.ArrayLike) -> FloatArray:
 
 def _numbers(name: str, value: Any, expected: str, labels: Labels | None = None) -> FloatArray:
     """The value as a float64 array of any shape, copied only where its type differs."""
+    if type(value) is np.ndarray and value.dtype == np.float64:
+        return _native(value)
     value = in_order(name, value, labels)
     if is_masked(value):
         if np.any(value.mask):
@@ -231,8 +233,11 @@ def _numbers(name: str, value: Any, expected: str, labels: Labels | None = None)
     if array.dtype.kind not in "fiu" or _holds_bool(value):
         raise InputError(name, describe(value), expected)
     with np.errstate(over="ignore"):
-        numbers = array.astype(np.float64, copy=False)
-    # files give arrays that name the machine's own byte order, which the core does not read
+        return _native(array.astype(np.float64, copy=False))
+
+
+def _native(numbers: FloatArray) -> FloatArray:
+    """Files give arrays that name the machine's own byte order, which the core does not read."""
     return numbers if numbers.dtype.byteorder == "=" else numbers.view(np.float64)
 
 
@@ -259,7 +264,7 @@ def _refuse_values(name: str, numbers: FloatArray, expected: str, allow_inf: boo
     legal = ~np.isnan(numbers) if allow_inf else np.isfinite(numbers)
     if minimum is not None:
         legal &= ~(numbers < minimum)
-    if not np.all(legal):
+    if not legal.all():
         index = tuple(int(k) for k in np.argwhere(~legal)[0])
         place = f" at index {index[0] if len(index) == 1 else index}" if index else ""
         raise InputError(name, f"{float(numbers[index])!r}{place}", expected)

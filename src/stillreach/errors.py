@@ -11,6 +11,9 @@ from typing import Any
 
 from stillreach._messages import hint, listing
 
+STATED = ("missing key", "unknown key", "no such file")
+"""What came where this is no value but a statement."""
+
 
 class StillreachError(Exception):
     """Base of all errors of this package: ``except stillreach.StillreachError`` catches each of them."""
@@ -32,7 +35,8 @@ class InputError(StillreachError, ValueError):
         self.expected = expected
 
     def __str__(self) -> str:
-        return f"{self.argument}: got {self.got}, expected {self.expected}"
+        got = self.got if self.got.startswith(STATED) else f"got {self.got}"
+        return f"{self.argument}: {got}, expected {self.expected}"
 
 
 class UnknownJointError(InputError):
@@ -88,10 +92,6 @@ class RobotFileError(InputError):
         argument = "" if self.argument == "path" else self.argument
         place = ", ".join(part for part in (self.file, line, self.element, argument) if part)
         return f"{place}: got {self.got}, expected {self.expected}"
-
-
-STATED = ("missing key", "unknown key", "no such file")
-"""What came where this is no value but a statement."""
 
 
 @dataclass(frozen=True)

@@ -14,18 +14,15 @@ import numpy.typing as npt
 
 from stillreach import _core, _door
 from stillreach._door import FloatArray
-from stillreach._words import direction, joined, shown
 from stillreach.arm import Arm
-from stillreach.arm.dexterity import directions, full_rates, least_speeds, task_jacobian
 from stillreach.arm.limits import sampling_range
 from stillreach.batch import threads_of
 from stillreach.errors import InputError
 from stillreach.faults import FaultKind, fault_kind
+from stillreach.inverse_result import Inverse
 from stillreach.laws import LeastError
 from stillreach.status import Health
 from stillreach.task import Task, task_of
-
-__all__ = ["Inverse"]
 
 STEP = 0.6
 """[rad] largest step of a revolute joint; a prismatic one moves at most this part of the arm's reach."""
@@ -42,127 +39,6 @@ FREE, AT_START, AT_VALUE = range(3)
 """Hold of the core."""
 
 Held = Iterable[str | int] | Mapping[str | int, npt.ArrayLike]
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Inverse:
-    """Joint positions for poses; ``str()`` says how many were reached. The leading axes (...) are those of the poses.
-
-    With ``solutions=S`` the arrays ``q`` and ``residual`` have one more axis, of length S, whose first ``found``
-    entries are valid and the others NaN.
-
-    Args:
-        arm: the arm.
-        task: rows, frame and point of the task; None: all six rows at the arm's tool.
-        poses: (..., 4, 4) [m].
-        tolerance: [m, rad] largest entry of a reached pose's error.
-        held: names of the joints that stood still.
-        q: (..., n) [rad, m]; where no start reached the pose, the closest configuration that was met.
-        residual: (...) [m, rad] largest entry of the pose error in the task's rows.
-        found: (...) int32 number of different configurations found, at most S.
-        too_far: (...) bool: the pose is farther away than the arm with all links stretched, so no arm of these lengths
-            reaches it.
-        starts: (...) int32 starts that were used.
-        steps: (...) int32 Gauss-Newton steps of all starts.
-    """
-
-    arm: Arm
-    task: Task | None
-    poses: FloatArray
-    tolerance: float
-    held: tuple[str, ...]
-    q: FloatArray
-    residual: FloatArray
-    found: npt.NDArray[np.int32]
-    too_far: npt.NDArray[np.bool_]
-    starts: npt.NDArray[np.int32]
-    steps: npt.NDArray[np.int32]
-
-    @property
-    def reached(self) -> npt.NDArray[np.bool_]:
-        """(...) bool: whether a configuration within the tolerance was found."""
-        return np.asarray(self.found > 0)
-
-    @property
-    def share(self) -> float:
-        """The share of the poses that are reached; NaN without poses."""
-        return float(np.mean(self.reached)) if self.found.size else math.nan
-
-    def explain(self, index: int | tuple[int, ...] = ()) -> str:
-        """What came out for one pose, in a sentence.
-
-        Args:
-            index: of the pose in the leading axes; () if there is one pose.
-
-        Raises:
-            InputError: if there is no such pose.
-        """
-        place = index if isinstance(index, tuple) else (index,)
-        try:
-            found, starts = int(self.found[place]), int(self.starts[place])
-        except (IndexError, TypeError, ValueError):
-            got = f"{index!r}"
-            raise InputError("index", got, f"the index of a pose in an array of shape {self.found.shape}") from None
-        if found:
-            return f"reached{f' in {found} ways' if found > 1 else ''} after {starts} start{'s' if starts > 1 else ''}"
-        at = self.q[place] if self.q.ndim == self.found.ndim + 1 else self.q[(*place, 0)]
-        off = f"the closest configuration is {self._distance(self.poses[place], at)} off"
-        if self.too_far[place]:
-            return f"out of reach: farther away than the stretched arm is long; {off}"
-        held = f" with {joined(self.held, 'and')} held" if self.held else ""
-        return f"not reached from {starts} start{'s' if starts > 1 else ''}{held}; {off}{self._ways_out(at)}"
-
-    def _distance(self, pose: FloatArray, q: FloatArray) -> str:
-        rows = range(6) if self.task is None else self.task.indices
-        own = self.arm
-        if self.task is not None and self.task.tool is not None:
-            own = own.with_tool(own.tool @ self.task.tool)
-        T = own.forward(q)
-        turn = math.acos(float(np.clip((np.trace(T[:3, :3].T @ pose[:3, :3]) - 1.0) / 2.0, -1.0, 1.0)))
-        linear = sorted(row for row in rows if row < 3)
-        gap = pose[:3, 3] - T[:3, 3]
-        if self.task is not None and self.task.frame == "tool":
-            gap = T[:3, :3].T @ gap
-        parts = [shown(float(np.linalg.norm(gap[linear])), "m")] if linear else []
-        if any(row >= 3 for row in rows):
-            parts.append(shown(turn, "rad"))
-        return joined(parts, "and")
-
-    def _ways_out(self, q: FloatArray) -> str:
-        """What keeps the closest configuration from coming closer."""
-        free = np.array([name not in self.held for name in self.arm.joint_names])
-        J = task_jacobian(self.arm, q, self.task) * np.where(free, full_rates(self.arm.velocity_limits), 0.0)
-        rows = tuple(range(6)) if self.task is None else self.task.indices
-        lost = directions(J, least_speeds(rows)).lost.T
-        lower, upper = self.arm.position_limits.T
-        ends = [
-            f"{name} is at its {'lower' if q[i] <= lower[i] else 'upper'} limit"
-            for i, name in enumerate(self.arm.joint_names)
-            if free[i] and not lower[i] < q[i] < upper[i]
-        ]
-        words = [direction(twist, rows, signed=False) for twist in lost]
-        if words:
-            ends.insert(0, f"the tool cannot move along {joined(words, 'or')}")
-        return f"; there {joined(ends, 'and')}" if ends else ""
-
-    def __len__(self) -> int:
-        if not self.found.ndim:
-            raise TypeError("the result of one pose has no length")
-        return len(self.found)
-
-    def __str__(self) -> str:
-        if not self.found.ndim:
-            return self.explain()
-        total, reached, far = self.found.size, int(np.count_nonzero(self.found)), int(np.count_nonzero(self.too_far))
-        parts = [f"{reached} of {total} poses reached"]
-        if far:
-            parts.append(f"{far} out of reach")
-        if rest := total - reached - far:
-            parts.append(f"{rest} not reached from {int(self.starts.max(initial=0))} starts")
-        return "; ".join(parts)
-
-    def __repr__(self) -> str:
-        return f"<Inverse of {self.arm.name}: {self}>"
 
 
 def inverse(
@@ -194,7 +70,8 @@ def inverse(
     if most > MOST_STARTS:
         raise InputError("starts", str(most), f"at most {MOST_STARTS}")
     allowed = np.full(count, most, dtype=np.int32)
-    allowed[far] = min(FEW, most)
+    if far.any():
+        allowed[far] = min(FEW, most)
     given: dict[str, Any] = {
         "poses": targets.reshape(count, 4, 4),
         "step": fixed.step,
@@ -216,17 +93,13 @@ def inverse(
         **{name: np.zeros(count, dtype=np.int32) for name in ("found", "used", "taken")},
     }
     own = fixed.task
-    _core.inverse(
-        fixed.law,
-        fixed.metric,
-        fixed.model,
-        own.indices,
-        own.frame == "tool",
-        count,
-        given,
-        answers,
-        threads_of(threads),
-    )
+    settings = fixed.law, fixed.metric, fixed.model, own.indices, own.frame == "tool", count
+    try:
+        _core.inverse(*settings, given, answers, threads_of(threads))
+    except InputError as error:
+        if error.argument == "poses":
+            _refuse_pose(targets)
+        raise
     last = (ways,) if ways > 1 else ()
     return Inverse(
         arm=arm,
@@ -299,7 +172,7 @@ class _Fixed:
     Args:
         task: the task; all six rows at the arm's tool where none is given.
         first: (3,) [m] the first joint's place.
-        linear: axes of the positions that the task asks for.
+        linear: axes of the positions that the task asks for, as an index.
         length: [m] the largest distance of the task's point from there; inf where there is no such bound.
         step: (n,) largest steps [rad, m].
     """
@@ -310,7 +183,7 @@ class _Fixed:
     law: _core.Law
     room: _Room
     first: FloatArray
-    linear: list[int]
+    linear: list[int] | slice
     length: float
     step: FloatArray
 
@@ -318,9 +191,9 @@ class _Fixed:
         """(N,) whether the position of a pose is farther from the first joint than the stretched arm is long."""
         if self.length == math.inf:
             return np.zeros(len(targets), dtype=bool)
-        way = targets[:, self.linear, 3] - self.first[self.linear]
-        way *= way
-        return np.asarray(way.sum(axis=1) > self.length**2)
+        away = targets[:, self.linear, 3] - self.first[self.linear]
+        away *= away
+        return np.asarray(away.sum(axis=1) > self.length**2)
 
 
 @lru_cache(maxsize=32)
@@ -329,8 +202,9 @@ def _fixed(key: _Same) -> _Fixed:
     metric, model, task = task_of(arm, LAW.weights, key.task)
     own = arm if task.tool is None else arm.with_tool(arm.tool @ task.tool)
     first = own.joints[0].placement[:3, 3]
-    linear = [row for row in task.indices if row < 3]
-    bounded = len(linear) == 3 or (linear and task.frame == "base")
+    axes = [row for row in task.indices if row < 3]
+    linear = slice(3) if len(axes) == 3 else axes  # of an array a slice is taken several times faster
+    bounded = len(axes) == 3 or (axes and task.frame == "base")
     lower, upper = (np.ascontiguousarray(side) for side in arm.position_limits.T)
     return _Fixed(
         metric,
@@ -353,15 +227,24 @@ def _poses(poses: Any) -> FloatArray:
     return targets
 
 
+def _refuse_pose(targets: FloatArray) -> None:
+    """Raises what is wrong with the first pose that is not rigid."""
+    for index in np.ndindex(targets.shape[:-2]):
+        try:
+            _door.pose("poses", targets[index])
+        except InputError as error:
+            place = f" in pose {index[0] if len(index) == 1 else index}" if index else ""
+            raise InputError("poses", f"{error.got}{place}", error.expected) from None
+
+
 def _start(start: Any, shape: tuple[int, ...], arm: Arm) -> FloatArray:
     """(n,) or (N, n) joint positions where the first search begins."""
     begin = _door.configurations("start", start, arm.labels)
     if begin.ndim == 1:
         return begin
     if begin.shape[:-1] != shape:
-        raise InputError(
-            "start", _door.describe(begin), f"({arm.n},) joint positions, or one for each of {shape} poses"
-        )
+        each = (*shape, arm.n)
+        raise InputError("start", _door.describe(begin), f"{arm.n} joint positions, or those of each pose, {each}")
     return begin.reshape(-1, arm.n)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 SCRIPTS = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
+FULL = bool(os.environ.get("STILLREACH_FULL"))
 
 
 def test_there_are_scripts_and_they_are_numbered():
@@ -16,11 +17,12 @@ def test_there_are_scripts_and_they_are_numbered():
     assert len(SCRIPTS) >= 3
 
 
+@pytest.mark.timeout(10_800 if FULL else 120)  # the longest takes half an hour on two free cores
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
 def test_a_script_runs_and_has_less_than_a_hundred_lines(script, tmp_path, monkeypatch, capsys):
     text = script.read_text()
     assert len(text.splitlines()) < 100
-    if "permutations" in text and not os.environ.get("STILLREACH_FULL"):
+    if "permutations" in text and not FULL:
         pytest.skip("computes 2,520 workspaces, half an hour: with STILLREACH_FULL=1")
     if "import viser" in text:
         pytest.importorskip("viser", reason="viser is not installed (it wants an older rich than the newest)")

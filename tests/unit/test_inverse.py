@@ -175,12 +175,13 @@ def test_the_nearest_configuration():
     assert better >= 10
 
 
-def test_the_longest_self_motion():
+@pytest.mark.parametrize("distance", [0.2, 0.7, 1.6, 2.5])
+def test_the_longest_self_motion(distance):
     """Unit planar 3R at distance R: |θ2|, |θ3| <= 2 acos(|R - 1| / 2), and no further."""
     arm = sr.arms.planar(3)
     target = np.eye(4)
-    target[0, 3] = 1.6
-    most = 2 * math.acos(0.3)
+    target[0, 3] = distance
+    most = 2 * math.acos(abs(distance - 1.0) / 2)
     for joint in ("j2", "j3"):
         inside = arm.inverse(target, locked={joint: most - 1e-4}, task=planar_task())
         beyond = arm.inverse(target, locked={joint: most + 1e-4}, task=planar_task())
@@ -291,6 +292,56 @@ def test_shapes_and_words():
     assert math.isnan(arm.inverse(np.zeros((0, 4, 4))).share)
     by_name = arm.inverse(arm.forward(q[0, 0]), dict(zip(arm.joint_names, q[0, 0], strict=True)))
     assert np.array_equal(by_name.q, q[0, 0])
+
+
+@pytest.mark.parametrize(("name", "joint"), [("xarm7", "joint4"), ("gen3", "joint_4"), ("iiwa14", "joint_4")])
+def test_the_elbow_of_a_nearly_spherical_arm_is_named(name, joint):
+    arm = sr.arms.by_name(name)
+    q = random_configurations(arm, 40)
+    result = arm.inverse(arm.forward(q), q[0], locked=[joint], starts=2)
+    lost = np.flatnonzero(~result.reached)[0]
+    J = arm.jacobian(random_configurations(arm, 2000, seed=8))
+    whole, left = (np.linalg.svd(part)[1].prod(axis=-1) for part in (J, np.delete(J, 3, axis=2)))
+    assert result.remaining == pytest.approx(np.median(left / whole), rel=0.3, abs=1e-6)
+    said = f"Without {joint} this arm is nearly singular in most configurations"
+    for text in (str(result), result.explain(lost)):
+        assert said in text
+    away = np.eye(4)
+    away[0, 3] = 9.0
+    whole_arm = arm.inverse(away @ arm.forward(q), starts=1)
+    assert not whole_arm.reached.any()
+    assert "nearly singular" not in str(whole_arm)
+    assert whole_arm.remaining == 1.0
+
+
+def test_other_joints_are_not_called_so():
+    arm = sr.arms.panda()
+    q = random_configurations(arm, 40)
+    result = arm.inverse(arm.forward(q), q[0], locked=["panda_joint3"], starts=1)
+    assert not result.reached.all()
+    assert 0.3 < result.remaining < 0.7
+    assert "nearly singular" not in str(result)
+
+
+def test_fewer_joints_than_rows_and_a_joint_outside_its_limits_are_said():
+    arm = sr.arms.planar(2).with_limits(position=[-1.0, 1.0])
+    target = np.eye(4)
+    target[0, 3] = 1.0
+    one = arm.inverse(target, locked={"j2": 3.0}, task=planar_task())
+    assert "with j2 held, j2 outside its position limits; " in one.explain()
+    assert "1 free joint cannot follow the 2 rows of the task" in one.explain()
+    both = arm.inverse(target, locked={"j1": 0.5, "j2": 0.5}, task=planar_task())
+    assert both.explain().startswith("not reached from 100 starts with every joint held; the closest")
+
+
+def test_the_pose_that_is_wrong_is_named():
+    poses = np.tile(np.eye(4), (2, 3, 1, 1))
+    poses[1, 2, 0, 3] = np.nan
+    with pytest.raises(InputError, match=r"got nan at index \(0, 3\) in pose \(1, 2\)"):
+        sr.arms.panda().inverse(poses)
+    mirror = np.diag([1.0, 1.0, -1.0, 1.0])
+    with pytest.raises(InputError, match=r"poses: got a reflection \(determinant -1\), expected"):
+        sr.arms.panda().inverse(mirror)
 
 
 J4 = "panda_joint4"

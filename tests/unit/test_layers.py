@@ -32,7 +32,7 @@ LAYERS = (
     {"_forms", "_kinds", "_lists", "_reading", "_tables"},
     {"bounds", "faults", "null_motions", "physics", "plants", "task", "status", "insight"},
     {"laws"},
-    {"batch", "inverse", "rollouts"},
+    {"batch", "inverse", "inverse_result", "rollouts"},
     {"control"},
     {"bags"},
     {"simulation"},

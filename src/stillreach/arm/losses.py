@@ -96,7 +96,7 @@ class Losses:
     @cached_property
     def typical(self) -> FloatArray:
         """(n,) median of ``remaining`` over the arm's range; 0 where a direction is lost over most of it."""
-        places = [_Place.of(self.arm, q, self.task, self.lost_below) for q in _configurations(self.arm)]
+        places = [_Place.of(self.arm, q, self.task, self.lost_below) for q in random_configurations(self.arm)]
         return _door.frozen(np.median([place.left() for place in places], axis=0))
 
     @property
@@ -200,10 +200,10 @@ def best(arm: Arm, task: Asked | None = None, least: tuple[float, float] = (LEAS
     It has the most directions and, among equals, the largest manipulability, with rates relative to their limits.
     """
     marks = []
-    for q in _configurations(arm):
+    for q in random_configurations(arm):
         gains = _Place.of(arm, q, task, least).whole.gains
         marks.append((len(gains), float(np.sum(np.log(gains)))))
-    return _door.frozen(_configurations(arm)[max(range(CONFIGURATIONS), key=marks.__getitem__)])
+    return _door.frozen(random_configurations(arm)[max(range(CONFIGURATIONS), key=marks.__getitem__)])
 
 
 @dataclass(frozen=True)
@@ -254,7 +254,7 @@ def _singular_values(J: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.svd(J, compute_uv=False)) if J.size else np.zeros(0)
 
 
-def _configurations(arm: Arm) -> FloatArray:
+def random_configurations(arm: Arm) -> FloatArray:
     """(CONFIGURATIONS, n) random configurations [rad, m] with a fixed seed."""
     low, high = sampling_range(arm.kinds, *arm.position_limits.T)
     return np.random.default_rng(SEED).uniform(low, high, (CONFIGURATIONS, arm.n))

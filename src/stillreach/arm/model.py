@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from stillreach.faults import FaultKind
-    from stillreach.inverse import Inverse
+    from stillreach.inverse_result import Inverse
     from stillreach.page import Page
     from stillreach.task import Task
 

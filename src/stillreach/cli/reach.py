@@ -84,8 +84,8 @@ def _print(source: str, left: ReachLeft, lines: list[int] | None) -> None:
 
     out, total, reached = console(), len(left.poses), int(left.before.sum())
     name = left.arm.name
-    what = f"{total} poses that {name} reaches" if lines is None else f"{reached} of {total} poses that {name} reaches"
-    out.print(f"{what}, and one joint locked {_where(source)}:\n")
+    what = f"{name} reaches {total if lines is None else f'{reached} of {total}'} pose{'s' if total > 1 else ''}."
+    out.print(f"{what} With one joint locked {_where(source)}:\n")
     heads = HEAD if lines is None else (*HEAD, "lost, by line")
     made = table(*heads, right=(1, 2), wrap=(0, 3))
     for row in left.table():

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stillreach.show.style import in_picture, matplotlib_or_error, new_figure, styled
+from stillreach.show.style import in_picture, matplotlib_or_error, new_figure, styled, wrapped
 from stillreach.tolerance.failures import KINDS
 
 if TYPE_CHECKING:
@@ -88,7 +87,7 @@ def heat_maps(found: Rehearsal) -> Figure:
 
     order, kinds = found.ranking, len(found.kinds)
     with styled("a picture of a rehearsal"):
-        verdict = textwrap.wrap(found.verdict, 100)
+        verdict = wrapped(found.verdict, 100)
         top, each = 0.55 + 0.2 * len(verdict), 0.75 + 0.2 * len(order)
         height = top + each * kinds + 0.45
         figure = new_figure(9.0, height)

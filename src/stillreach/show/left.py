@@ -165,21 +165,15 @@ def _charts(found: Survey, order: Sequence[int]) -> Any:
     if "positions" in found.metrics:
         measures.append(("positions still reached [%]", {joint: float(found.positions[joint]) for joint in order}))
     median = found.remaining()
-    measures.append(("relative manipulability left, median", {joint: float(median[joint]) for joint in order}))
+    measures.append(("manipulability left, median [%]", {joint: float(median[joint]) for joint in order}))
     room = (WIDTH - LEFT) / 3
     for place, (title, values) in enumerate(measures):
         width = room - 66.0
         bars = [
-            Bar(row * ROW, width * float(np.nan_to_num(values[joint])), _number(values[joint], title))
+            Bar(row * ROW, width * float(np.nan_to_num(values[joint])), percent(values[joint]) or "-")
             for row, joint in enumerate(order)
         ]
         yield Chart(title, LEFT + place * room, width, bars)
-
-
-def _number(value: float, title: str) -> str:
-    if math.isnan(value):
-        return "-"
-    return percent(value) if title.endswith("[%]") else f"{value:.2g}"
 
 
 def _slice(found: Survey) -> Slice:

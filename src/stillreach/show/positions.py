@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -10,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stillreach.errors import InputError
-from stillreach.show.style import in_picture, matplotlib_or_error, new_figure, styled
+from stillreach.show.style import in_picture, matplotlib_or_error, new_figure, styled, wrapped
 from stillreach.tolerance.account import percent
 
 if TYPE_CHECKING:
@@ -154,7 +153,7 @@ def slice_figure(found: Survey) -> Figure:
     rows, columns = -(-len(joints) // SIDE), min(len(joints), SIDE)
     colours = ListedColormap([colour for colour, _ in LEVELS])
     with styled(PURPOSE):
-        text = textwrap.wrap(
+        text = wrapped(
             f"{in_picture(found.arm.name)}: {finding(found, 'slice', f'in the {plane_of(cells)} plane')}",
             int(36 * columns),
         )
@@ -225,7 +224,7 @@ def cloud_figure(found: Survey) -> Figure:
     own = seen(found, "cloud")
     points = own.cells.points()
     with styled(PURPOSE):
-        text = textwrap.wrap(f"{in_picture(found.arm.name)}: {finding(found, 'cloud', 'in space')}", 95)
+        text = wrapped(f"{in_picture(found.arm.name)}: {finding(found, 'cloud', 'in space')}", 110)
         height = 9.75 + 0.2 * len(text)
         figure = new_figure(9.0, height)
         note = "The quarter x > 0, y < 0 around the first joint is left out, so that the inside shows."

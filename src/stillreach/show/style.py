@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
@@ -71,6 +72,11 @@ def new_figure(width: float, height: float) -> Figure:
     from matplotlib import pyplot
 
     return pyplot.figure(figsize=(width, height))
+
+
+def wrapped(text: str, width: int) -> list[str]:
+    """The lines of a text; a number stays beside its %."""
+    return textwrap.wrap(text.replace(" %", "\N{NO-BREAK SPACE}%"), width)
 
 
 def in_picture(text: str, letters: int = NAME_LETTERS) -> str:

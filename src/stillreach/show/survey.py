@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stillreach.show.left import depth_labels
-from stillreach.show.style import COLOURS, in_picture, matplotlib_or_error, new_figure, styled
+from stillreach.show.style import COLOURS, in_picture, matplotlib_or_error, new_figure, styled, wrapped
 from stillreach.tolerance.surveys.arrays import CELLS, EDGES, PLANES, SPEED_EDGES, quantile
 
 if TYPE_CHECKING:
@@ -20,6 +19,8 @@ if TYPE_CHECKING:
 PURPOSE = "a picture of a survey"
 MOST_BARS = 16
 """Joints or sets of a panel."""
+SEEN = ("from above", "from the side")
+"""From where each plane is seen."""
 PALE, STRONG = "#9db8d6", COLOURS[0]
 
 
@@ -32,8 +33,10 @@ def survey_figure(found: Survey) -> Figure:
     matplotlib_or_error(PURPOSE)
     panels: list[Any] = []
     if "relative" in found.metrics:
-        panels += [lambda axes, plane=plane: _map(axes, found, plane) for plane in _planes(found)]
-        panels.append(lambda axes: _ranking(axes, found, "relative", EDGES, "remaining relative manipulability"))
+        maps = _maps(found)
+        panels += [lambda axes, plane=plane: _map(axes, found, maps, plane) for plane in maps]
+        label = "remaining relative manipulability [%]"
+        panels.append(lambda axes: _ranking(axes, found, "relative", 100.0 * EDGES, label))
     if "depth" in found.metrics:
         panels.append(lambda axes: _depth(axes, found))
     if "speed" in found.metrics:
@@ -46,7 +49,7 @@ def survey_figure(found: Survey) -> Figure:
         panels.append(lambda axes: _positions(axes, found))
     rows = -(-len(panels) // 2)
     with styled(PURPOSE):
-        verdict = textwrap.wrap(f"{in_picture(found.arm.name)}: {found.verdict}", 110)
+        verdict = wrapped(f"{in_picture(found.arm.name)}: {found.verdict}", 120)
         height = 0.4 + 0.2 * len(verdict) + 3.4 * rows
         figure = new_figure(10.0, height)
         figure.text(0.02, 1.0 - 0.12 / height, "\n".join(verdict), va="top", fontsize=10.5)
@@ -61,32 +64,35 @@ def survey_figure(found: Survey) -> Figure:
     return figure
 
 
-def _planes(found: Survey) -> list[int]:
-    """The planes in which the tool moves along both axes; all if there is none."""
-    counts = found.total("map_count")
+def _maps(found: Survey) -> dict[int, np.ndarray]:
+    """The mean of what the worst joint leaves [%], NaN in empty cells, by plane.
+
+    Only planes in which the tool moves along both axes; all if there is none.
+    """
+    counts, totals = found.total("map_count"), found.total("map_sum")
     wide = [plane for plane in range(len(PLANES)) if all(np.any(counts[plane], axis=axis).sum() > 1 for axis in (0, 1))]
-    return wide or list(range(len(PLANES)))
+    mean = np.where(counts > 0, 100.0 * totals / np.maximum(counts, 1), np.nan)
+    return {plane: mean[plane] for plane in wide or range(len(PLANES))}
 
 
-def _map(axes: Axes, found: Survey, plane: int) -> None:
-    """The mean of what the worst joint leaves, by the tool's position."""
-    count, total = found.total("map_count")[plane], found.total("map_sum")[plane]
-    mean = np.where(count > 0, total / np.maximum(count, 1), np.nan)
-    reach = found.arm.reach
-    edges = reach * (2.0 * np.arange(CELLS + 1) / CELLS - 1.0)
-    most = float(np.nanquantile(mean, 0.98)) if np.any(count) else 1.0  # single configurations stand out at the rim
+def _map(axes: Axes, found: Survey, maps: dict[int, np.ndarray], plane: int) -> None:
+    """One plane; all have the same colours."""
+    mean, every = maps[plane], np.concatenate([own[np.isfinite(own)] for own in maps.values()])
+    edges = found.arm.reach * (2.0 * np.arange(CELLS + 1) / CELLS - 1.0)
+    most = float(np.quantile(every, 0.98)) if len(every) else 1.0  # single configurations stand out at the rim
     image = axes.pcolormesh(edges, edges, mean, cmap="viridis", vmin=0.0, vmax=most, rasterized=True)
     across, up = PLANES[plane].split("-")
     axes.set(xlabel=f"{across} [m]", ylabel=f"{up} [m]", aspect="equal")
-    used = np.argwhere(count > 0)
+    used = np.argwhere(np.isfinite(mean))
     if len(used):
         (low_up, low), (high_up, high) = used.min(axis=0), used.max(axis=0) + 1
         axes.set(xlim=(edges[low], edges[high]), ylim=(edges[low_up], edges[high_up]))
-    axes.set_title("what the worst joint leaves, mean")
+    axes.set_title(f"what the worst joint leaves, {SEEN[plane]}")
     axes.grid(visible=False)
     figure = axes.get_figure()
     assert figure is not None
-    figure.colorbar(image, ax=axes, fraction=0.046, pad=0.03, extend="max")
+    bar = figure.colorbar(image, ax=axes, fraction=0.046, pad=0.03, extend="max")
+    bar.set_label("relative manipulability, mean [%]")
 
 
 def _ranking(axes: Axes, found: Survey, name: str, edges: np.ndarray, label: str) -> None:
@@ -117,9 +123,10 @@ def _depth(axes: Axes, found: Survey) -> None:
 
 
 def _reach(axes: Axes, found: Survey) -> None:
-    """Shares of poses before and after each loss, the worst first."""
+    """Shares of poses before and after each joint's loss, or that of sets where no joint fails alone; worst first."""
     before = 100.0 * float(found.total("reach_before")) / max(found.configurations, 1)
-    _bars(axes, [" + ".join(joints) for joints in found.sets], 100.0 * found.reached, before)
+    own = [place for place, joints in enumerate(found.sets) if len(joints) == 1] or list(range(len(found.sets)))
+    _bars(axes, [" + ".join(found.sets[place]) for place in own], 100.0 * found.reached[own], before)
     axes.set(xlabel="poses reached [%]")
     axes.set_title("reach before and after each loss")
 
@@ -140,6 +147,6 @@ def _bars(axes: Axes, names: list[str], shares: np.ndarray, before: float) -> No
     values = [before, *shares[order]]
     bars = axes.barh(places, values, color=[PALE, *[STRONG] * len(order)])
     axes.bar_label(bars, [f"{value:.3g} %" for value in values], fontsize=8.5, padding=2)
-    axes.set_yticks(places, ["all joints", *(in_picture(names[place], 22) for place in order)])
+    axes.set_yticks(places, ["all joints", *(in_picture(names[place], 16) for place in order)])
     axes.set(ylim=(len(places) - 0.5, -0.5), xlim=(0.0, 115.0))
     axes.grid(visible=False, axis="y")

@@ -10,11 +10,11 @@ import numpy.typing as npt
 
 from stillreach import _door
 from stillreach._door import FloatArray
-from stillreach._words import aligned, share, shown
+from stillreach._words import aligned, joined, share, shown
 from stillreach.arm import Arm
 from stillreach.arm.limits import sampling_range
 from stillreach.errors import InputError
-from stillreach.inverse import Inverse
+from stillreach.inverse_result import Inverse
 from stillreach.task import Task
 
 __all__ = ["ReachLeft", "reach"]
@@ -55,13 +55,21 @@ class ReachLeft:
 
     @property
     def verdict(self) -> str:
-        """The loss that costs most, and the one that costs least, in words."""
+        """The loss that costs most, and the one that costs least, in words; and joints that hardly can be lost."""
         order = np.argsort(self.shares, kind="stable")
-        worst, best = (self.arm.joint_names[i] for i in (order[0], order[-1]))
-        low, high = (share(float(self.shares[i])) for i in (order[0], order[-1]))
+        least, most = (float(self.shares[i]) for i in (order[0], order[-1]))
+        worst, best = (
+            joined([name for name, part in zip(self.arm.joint_names, self.shares, strict=True) if part == end], "or")
+            for end in (least, most)
+        )
+        low, high = share(least), share(most)
+        text = f"The loss of {worst} costs most: {low} of the poses stay within reach. Without {best} it is {high}"
         if low == high:
-            return f"With any one joint locked, {low} of the poses stay within reach."
-        return f"The loss of {worst} costs most: {low} of the poses stay within reach. Without {best} it is {high}."
+            text = f"With any one joint locked, {low} of the poses stay within reach"
+        if not self.before.all():
+            text += f", with all joints {share(float(self.before.mean()))}"
+        warnings = [result.warning for result in self.by_joint.values() if not result.reached.all()]
+        return " ".join([f"{text}.", *filter(None, warnings)])
 
     def table(self) -> list[tuple[str, str, str]]:
         """Cells of the table below HEAD, one row for each joint."""

@@ -14,7 +14,7 @@ def test_the_command(stillreach):
     own = sr.tolerance.reach(sr.arms.panda(), sr.arms.panda().position_limits.mean(axis=1), samples=100, tolerance=1e-6)
     assert [joint["still_reached"] for joint in facts["joints"]] == own.shares.tolist()
     printed = " ".join(stillreach("reach", "panda", "--samples", "100", "--q", "middle").out.split())
-    assert printed.startswith("100 poses that panda reaches, and one joint locked in the middle of its limits:")
+    assert printed.startswith("panda reaches 100 poses. With one joint locked in the middle of its limits:")
     assert printed.endswith(own.verdict)
 
 
@@ -61,7 +61,7 @@ def test_poses_of_a_file(stillreach, tmp_path):
         r.reached.tolist() for r in own.by_joint.values()
     ]
     printed = " ".join(stillreach("reach", "panda", file, "--q", "middle").out.split())
-    assert printed.startswith("2 of 3 poses that panda reaches")
+    assert printed.startswith("panda reaches 2 of 3 poses. With")
     assert "not reached by the whole arm: line 5" in printed
 
 

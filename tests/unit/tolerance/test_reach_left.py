@@ -30,6 +30,27 @@ def test_a_share_by_geometry():
     assert 0.5 < left.shares[2] < 1.0
 
 
+def test_the_verdict_names_equal_losses_and_what_the_whole_arm_reaches():
+    """Poses of a circle around the base, and one out of reach: the first of two links turns, the second does not."""
+    planar = sr.Task(rows=[True, True, False, False, False, False])
+    angles = np.linspace(-1.0, 1.0, 5)
+    poses = sr.arms.planar(3).forward(np.stack([angles, 0 * angles, 0 * angles + 0.5], axis=1))
+    poses[4, 0, 3] = 9.0
+    left = sr.tolerance.reach(sr.arms.planar(3), [3.0, 0.0, 0.5], poses=poses, task=planar)
+    assert left.shares.tolist() == [0.0, 0.8, 0.8]
+    assert left.verdict == (
+        "The loss of j1 costs most: 0 % of the poses stay within reach. Without j2 or j3 it is 80 %, with all joints "
+        "80 %."
+    )
+
+
+def test_the_verdict_names_the_elbow_of_a_nearly_spherical_arm():
+    arm = sr.arms.xarm7()
+    left = sr.tolerance.reach(arm, arm.position_limits.mean(axis=1), samples=20, starts=2)
+    assert "Without joint4 this arm is nearly singular in most configurations (at the median 4 %" in left.verdict
+    assert left.verdict.count("nearly singular") == 1
+
+
 def test_invalid_arguments():
     arm = sr.arms.panda()
     for arguments, name in (({"samples": 0}, "samples"), ({"seed": -1}, "seed"), ({"starts": 0}, "starts")):

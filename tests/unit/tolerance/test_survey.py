@@ -15,6 +15,7 @@ import stillreach as sr
 from stillreach import InputError
 from stillreach.arm.limits import sampling_range
 from stillreach.errors import MissingExtraError, UnknownJointError
+from stillreach.show.style import wrapped
 from stillreach.tolerance.surveys import store
 from stillreach.tolerance.surveys.arrays import EDGES, SPEEDS, quantile
 from tests.commands import run_command
@@ -318,7 +319,11 @@ def test_a_picture_has_a_panel_for_each_finding(tmp_path):
     found = sr.tolerance.survey(PANDA, tmp_path / "x", samples=60, k=1, metrics=ALL, starts=3)
     figure = found.plot()
     titles = [axes.get_title(loc="left") for axes in figure.axes]
-    assert sum(title == "what the worst joint leaves, mean" for title in titles) == 2
+    assert sum(title.startswith("what the worst joint leaves, from") for title in titles) == 2
+    first, second = (axes.collections[0] for axes in figure.axes if axes.get_ylabel() in ("y [m]", "z [m]"))
+    assert first.get_clim() == second.get_clim()
+    counts, sums = found.total("map_count")[0], found.total("map_sum")[0]
+    np.testing.assert_allclose(first.get_array().compressed(), 100 * sums[counts > 0] / counts[counts > 0])
     assert sum(title == "without each joint: median, and 5 to 95 %" for title in titles) == 2
     ranking = next(axes for axes in figure.axes if "remaining" in axes.get_xlabel())
     assert [label.get_text() for label in ranking.get_yticklabels()] == [PANDA.joint_names[j] for j in found.ranking]
@@ -330,6 +335,26 @@ def test_a_picture_has_a_panel_for_each_finding(tmp_path):
     np.testing.assert_allclose(widths[1:], np.sort(100 * found.reached))
     alone = sr.tolerance.survey(PANDA, tmp_path / "y", samples=60, k=1, metrics="depth")
     assert len(alone.plot().axes) == 1
+    pairs = sr.tolerance.survey(PANDA, tmp_path / "z", samples=2, k=2, metrics="reach", starts=1)
+    labels = [label.get_text() for label in pairs.plot().axes[0].get_yticklabels()]
+    assert sorted(labels) == ["all joints", *PANDA.joint_names]
+
+
+def test_shares_near_nothing_are_not_told_apart(tmp_path):
+    """With its second joint near zero a Panda loses nearly all with some of its joints."""
+    q = np.tile([0.3, 1e-9, 0.4, -1.5, 0.2, 1.5, 0.1], (4, 1))
+    cells = [row[1] for row in sr.tolerance.survey(PANDA, tmp_path / "x", q=q, k=1, metrics="relative").table()]
+    assert "<0.01 %" in cells
+    assert not any("e-" in cell for cell in cells)
+
+
+def test_a_line_of_a_picture_does_not_begin_with_a_per_cent_sign():
+    text = "It reaches 100 % of the positions and 7 % of the poses"
+    for width in range(12, 40):
+        lines = wrapped(text, width)
+        assert len(lines) > 1
+        assert not any(line.startswith("%") for line in lines)
+        assert " ".join(lines).replace("\N{NO-BREAK SPACE}", " ") == text
 
 
 @pytest.mark.parametrize(

@@ -24,6 +24,8 @@ HEADS = {
     "positions": ("positions reached",),
 }
 """Columns of the table by metric."""
+LEAST_SHARE = 1e-4
+"""Shares below are not told apart in the table."""
 
 
 def verdict(of: Survey) -> str:
@@ -76,7 +78,7 @@ def _reach(of: Survey) -> str:
     worst = int(np.argmin(of.reached))
     before = float(of.total("reach_before")) / of.configurations
     return (
-        f"Of the poses that other configurations give it reaches {share(before)} with all joints and "
+        f"Of the poses of other configurations it reaches {share(before)} with all joints and "
         f"{share(float(of.reached[worst]))} without {joined(of.sets[worst], 'and')}."
     )
 
@@ -128,6 +130,8 @@ def table(of: Survey) -> list[tuple[str, ...]]:
 
 
 def _or_dash(part: float) -> str:
+    if 0.0 < part < LEAST_SHARE:
+        return f"<{share(LEAST_SHARE)}"
     return "-" if np.isnan(part) else share(part)
 
 
