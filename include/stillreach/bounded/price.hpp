@@ -25,7 +25,6 @@ struct Priced {
   double noise;              // of the residual of rates that are A'u,
   double rounding;           // and of the residual of any rates
   int rejected;              // answers that the dual does not confirm
-  bool careful;              // the last search ended with singular values, and the next may begin with them
 };
 
 template <int M>

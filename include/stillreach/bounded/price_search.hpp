@@ -184,8 +184,7 @@ inline double error_slope(Rows<M> m, int g, Box& b, const Priced& d) {
 template <int M>
 inline void search_price(Rows<M> m, const double* rhs, bool known, const double* first, Box& b, Workspace& w,
                          Priced& d) {
-  bool careful = known && d.careful, settled = false;
-  d.careful = false;
+  bool careful = false, settled = false;
   for (int i = 0; i < b.k; ++i) b.state[i] = 0;
   b.capped = false;
   d.rejected = 0;
@@ -208,8 +207,7 @@ inline void search_price(Rows<M> m, const double* rhs, bool known, const double*
       if ((best.gap <= best.enough && d.rejected != 1) || d.rejected > 3) break;
     }
     if (careful || 2 * step > most) {
-      d.careful = careful_step(m, rhs, b, w, d);
-      if (d.careful) return;
+      if (careful_step(m, rhs, b, w, d)) return;
       careful = known = settled = false;
       continue;
     }

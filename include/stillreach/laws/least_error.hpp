@@ -191,7 +191,6 @@ inline Priced make_priced(Rows<M> m, const LawSettings& law, const Problem& p, S
   Priced d;
   d.parts = law.parts;
   d.part = law.part;
-  d.careful = false;
   const double typical = p.typical < 0.0 ? typical_rate(p.n, p.lower, p.upper, p.metric) : p.typical;
   double unit = s.unit_a * s.unit_a / s.unit_b, most = 0.0;
   for (int g = 0; g < d.parts; ++g) most = larger(most, law.price[g] * typical);
