@@ -50,7 +50,9 @@ class View {
   double* data() const { return static_cast<double*>(buffer_.buf); }
   bool is_double() const { return buffer_.format && buffer_.format[0] == 'd' && buffer_.format[1] == 0; }
   bool is_writable() const { return !buffer_.readonly; }
-  bool is_aligned() const { return reinterpret_cast<std::uintptr_t>(buffer_.buf) % alignof(double) == 0; }
+  bool is_aligned(std::size_t to = alignof(double)) const {
+    return reinterpret_cast<std::uintptr_t>(buffer_.buf) % to == 0;
+  }
   int ndim() const { return buffer_.ndim; }
   long size(int axis) const { return static_cast<long>(buffer_.shape[axis]); }
   long bytes() const { return static_cast<long>(buffer_.len); }

@@ -1,14 +1,17 @@
 // Chunks of simulated ticks.
 #include "controller.hpp"
 
-// An integer array of the record, opened in place.
+// An array of the record, to be written in place.
 template <class T>
-static T* open_integers(View& view, const char* name, nb::handle array, long count, const char* kind) {
-  const bool fits = view.open(array) && view.is_contiguous() && view.is_writable();
+static View open_array(const char* name, nb::handle array, long count) {
+  View view;
+  const bool fits = view.open(array) && view.is_contiguous() && view.is_writable() && view.is_aligned(alignof(T)) &&
+                    view.is_double() == std::is_same_v<T, double>;
   if (!fits || view.bytes() != static_cast<long>(sizeof(T)) * count)
     refuse(name, describe(array),
-           std::string("a writable C-contiguous ") + kind + " array of " + std::to_string(count));
-  return static_cast<T*>(static_cast<void*>(view.data()));
+           "a writable C-contiguous array of " + std::to_string(count) + " values of " + std::to_string(sizeof(T)) +
+               " bytes");
+  return view;
 }
 
 // The plant of a simulation: its state, from chunk to chunk.
@@ -50,34 +53,13 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
   View errors;
   if (!noise.is_none()) errors = strict("noise", noise, {steps, n}, false);
   std::vector<View> open;
-  open.reserve(12);
-  const auto numbers = [&](const char* name, std::initializer_list<long> shape) -> double* {
-    if (!record.contains(name)) return nullptr;
-    open.push_back(strict(name, record[name], shape, true));
-    return open.back().data();
-  };
   stillreach::Record to{};
-  to.q = numbers("q", {steps, n});
-  to.measured = numbers("measured", {steps, n});
-  to.rates = numbers("rates", {steps, n});
-  to.pose = numbers("pose", {steps, 4, 4});
-  to.command = numbers("command", {steps, 6});
-  to.residual = numbers("residual", {steps, 6});
-  to.task_error = numbers("task_error", {steps});
-  to.damping = numbers("damping", {steps});
-  to.scale = numbers("scale", {steps});
-  to.lower = numbers("lower", {steps, n});
-  to.upper = numbers("upper", {steps, n});
-  View status, health, known, active;
-  const auto small = [&](View& view, const char* name) -> std::int8_t* {
-    return record.contains(name) ? open_integers<std::int8_t>(view, name, record[name], steps * n, "int8") : nullptr;
-  };
-  if (record.contains("status"))
-    to.status = open_integers<std::int32_t>(status, "status", record["status"], steps, "int32");
-  to.health = small(health, "health");
-  to.known = small(known, "known");
-  to.active = small(active, "active");
-
+  stillreach::each_array(to, static_cast<int>(n), [&](auto*& array, const char* name, int count) {
+    using Value = std::remove_reference_t<decltype(*array)>;
+    if (!record.contains(name)) return;
+    open.push_back(open_array<Value>(name, record[name], steps * count));
+    array = static_cast<Value*>(static_cast<void*>(open.back().data()));
+  });
   std::vector<double> scratch(4 * to_size(n));
   std::vector<std::int8_t> scratch_active(to_size(n));
   const auto run = [&](long first, long count, const stillreach::Record& where) {
@@ -95,16 +77,9 @@ static void rollout(Controller& c, nb::handle q, nb::handle twists, nb::handle t
   for (long t = 0; t < steps; ++t) {  // the user's gradient is Python's to evaluate, once a tick
     if (t > 0) c.prepare(at.data(), true);
     stillreach::Record row = to;
-    for (double** joints : {&row.q, &row.measured, &row.rates, &row.lower, &row.upper})
-      if (*joints) *joints += t * n;
-    for (double** six : {&row.command, &row.residual})
-      if (*six) *six += 6 * t;
-    for (double** one : {&row.task_error, &row.damping, &row.scale})
-      if (*one) *one += t;
-    for (std::int8_t** joints : {&row.health, &row.known, &row.active})
-      if (*joints) *joints += t * n;
-    if (row.pose) row.pose += 16 * t;
-    if (row.status) row.status += t;
+    stillreach::each_array(row, static_cast<int>(n), [t](auto*& array, const char*, int count) {
+      if (array) array += t * count;
+    });
     run(t, 1, row);
   }
 }
@@ -134,6 +109,10 @@ static nb::object pose_distances(nb::handle actual, nb::handle wanted, nb::handl
 
 void bind_rollout(nb::module_& m, nb::class_<Controller>& c) {
   m.attr("RIGID_TOLERANCE") = stillreach::kRigid;
+  nb::list names;
+  stillreach::Record record{};
+  stillreach::each_array(record, 1, [&names](auto*&, const char* name, int) { names.append(name); });
+  m.attr("RECORDED") = nb::tuple(names);
   m.def(
       "rigid",
       [](nb::handle T) -> nb::object {

@@ -77,22 +77,9 @@ void cut(Cut& from, const SetupHead& h, int dead) {
   page.stage_active = from.take<std::int8_t>(n);
   page.asked = from.take<double>(6);
   page.off = from.take<double>(2 * kChunk);
-  Record& r = page.record;
-  r.q = from.take<double>(kChunk * n);
-  r.measured = from.take<double>(kChunk * n);
-  r.rates = from.take<double>(kChunk * n);
-  r.pose = from.take<double>(kChunk * 16);
-  r.command = from.take<double>(kChunk * 6);
-  r.residual = from.take<double>(kChunk * 6);
-  r.task_error = from.take<double>(kChunk);
-  r.damping = from.take<double>(kChunk);
-  r.scale = from.take<double>(kChunk);
-  r.lower = from.take<double>(kChunk * n);
-  r.upper = from.take<double>(kChunk * n);
-  r.status = from.take<std::int32_t>(kChunk);
-  r.health = from.take<std::int8_t>(kChunk * n);
-  r.known = from.take<std::int8_t>(kChunk * n);
-  r.active = from.take<std::int8_t>(kChunk * n);
+  each_array(page.record, n, [&from](auto*& to, const char*, int count) {
+    to = from.take<std::remove_pointer_t<std::remove_reference_t<decltype(to)>>>(kChunk * count);
+  });
 }
 
 }  // namespace
@@ -168,27 +155,18 @@ EXPORT(look) void look() {
             page.insight);
 }
 
-// Addresses of what JavaScript reads and writes, in the order of memory.js.
+// Addresses of what JavaScript reads and writes, in the order of page/src/core.js: at the end the arrays of the record.
 EXPORT(address) const void* address(int which) {
-  const Record& r = page.record;
   const Settings& s = page.state.settings;
   const Insight& i = page.insight;
-  const void* all[] = {page.q,        page.twists,
-                       page.targets,  page.noise,
-                       page.asked,    page.off,
-                       page.rates,    r.q,
-                       r.measured,    r.rates,
-                       r.pose,        r.command,
-                       r.residual,    r.task_error,
-                       r.damping,     r.scale,
-                       r.lower,       r.upper,
-                       r.status,      r.health,
-                       r.known,       r.active,
-                       s.rate_lower,  s.rate_upper,
-                       s.null_vector, page.state.faults.of,
-                       i.relative,    i.costs,
-                       i.cost,        i.direction,
-                       i.sigma,       i.axis,
-                       &i.lost,       page.state.last.rates};
-  return all[which];
+  const void* all[] = {
+      page.q,       page.twists,   page.targets,         page.noise, page.asked, page.off, page.rates,  s.rate_lower,
+      s.rate_upper, s.null_vector, page.state.faults.of, i.relative, i.costs,    i.cost,   i.direction, i.sigma,
+      i.axis,       &i.lost,       page.state.last.rates};
+  int left = which - static_cast<int>(sizeof(all) / sizeof(*all));
+  const void* found = left < 0 ? all[which] : nullptr;
+  each_array(page.record, s.arm.n, [&left, &found](auto* array, const char*, int) {
+    if (left-- == 0) found = array;
+  });
+  return found;
 }

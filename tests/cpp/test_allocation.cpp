@@ -140,27 +140,14 @@ void rollouts_take_nothing() {
   for (const NamedLaw& law : every_law()) {
     Robot robot(paper_chain(), law.settings);
     std::vector<double> q = Random(3).vector(n, 1.0), twists(6 * (2 * steps + 1), 0.3);
-    std::vector<double> rows(steps * (5 * n + 16 + 6 + 6 + 3)), scratch(4 * n);
-    std::vector<std::int32_t> status(steps);
-    std::vector<std::int8_t> health(steps * n), known(steps * n), active(steps * n), scratch_active(n);
-    double* at = rows.data();
-    const auto take = [&](int count) { return std::exchange(at, at + steps * count); };
+    std::vector<double> scratch(4 * n);
+    std::vector<std::int8_t> scratch_active(n);
+    std::vector<std::vector<double>> rows;
     stillreach::Record to{};
-    to.q = take(n);
-    to.measured = take(n);
-    to.rates = take(n);
-    to.lower = take(n);
-    to.upper = take(n);
-    to.pose = take(16);
-    to.command = take(6);
-    to.residual = take(6);
-    to.task_error = take(1);
-    to.damping = take(1);
-    to.scale = take(1);
-    to.status = status.data();
-    to.health = health.data();
-    to.known = known.data();
-    to.active = active.data();
+    stillreach::each_array(to, n, [&](auto*& array, const char*, int count) {
+      rows.emplace_back(steps * count);
+      array = reinterpret_cast<std::remove_reference_t<decltype(array)>>(rows.back().data());
+    });
     const long before = taken();
     for (int stages : {1, 2})
       kernel().rollout(robot.state, q.data(), twists.data(), nullptr, steps, stages, true, nullptr,

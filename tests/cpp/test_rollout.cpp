@@ -4,40 +4,22 @@
 
 namespace {
 
-// A chunk's memory, exactly as long as `steps` rows of n joints need.
-struct Rollout {
-  int n;
+// A record exactly as long as `steps` rows of n joints need, and what else a chunk needs.
+struct Rollout : stillreach::Record {
   long steps;
-  std::vector<double> q, measured, rates, pose, command, residual, task_error, damping, scale, lower, upper, scratch;
-  std::vector<std::int32_t> status;
-  std::vector<std::int8_t> health, known, active, scratch_active;
-  Rollout(int joints, long rows)
-      : n(joints),
-        steps(rows),
-        q(n * steps),
-        measured(n * steps),
-        rates(n * steps),
-        pose(16 * steps),
-        command(6 * steps),
-        residual(6 * steps),
-        task_error(steps),
-        damping(steps),
-        scale(steps),
-        lower(n * steps),
-        upper(n * steps),
-        scratch(4 * n),
-        status(steps, -1),
-        health(n * steps),
-        known(n * steps),
-        active(n * steps),
-        scratch_active(n) {}
+  std::vector<std::vector<char>> rows;
+  std::vector<double> scratch;
+  std::vector<std::int8_t> scratch_active;
+  Rollout(int n, long count) : steps(count), scratch(4 * n), scratch_active(n) {
+    stillreach::each_array(*this, n, [this](auto*& array, const char*, int row) {
+      rows.emplace_back(sizeof(*array) * row * steps, '\xff');  // not a number
+      array = reinterpret_cast<std::remove_reference_t<decltype(array)>>(rows.back().data());
+    });
+  }
   void run(Robot& robot, std::vector<double>& at, const std::vector<double>& twists, int stages, bool advance = true,
            const double* targets = nullptr) {
-    const stillreach::Record to{q.data(),        measured.data(),   rates.data(),   pose.data(),  command.data(),
-                                residual.data(), task_error.data(), damping.data(), scale.data(), lower.data(),
-                                upper.data(),    status.data(),     health.data(),  known.data(), active.data()};
     kernel().rollout(robot.state, at.data(), twists.data(), targets, steps, stages, advance, nullptr,
-                     robot.core.workspace.view(), robot.answer, scratch.data(), scratch_active.data(), to);
+                     robot.core.workspace.view(), robot.answer, scratch.data(), scratch_active.data(), *this);
   }
 };
 

@@ -13,6 +13,26 @@ struct Record {
   std::int8_t *health, *known, *active;
 };
 
+// Calls visit(array, name, count of a row) for each array of a record, in the order of page/src/core.js.
+template <class Visit>
+void each_array(Record& r, int n, Visit&& visit) {
+  visit(r.q, "q", n);
+  visit(r.measured, "measured", n);
+  visit(r.rates, "rates", n);
+  visit(r.pose, "pose", 16);
+  visit(r.command, "command", 6);
+  visit(r.residual, "residual", 6);
+  visit(r.task_error, "task_error", 1);
+  visit(r.damping, "damping", 1);
+  visit(r.scale, "scale", 1);
+  visit(r.lower, "lower", n);
+  visit(r.upper, "upper", n);
+  visit(r.status, "status", 1);
+  visit(r.health, "health", n);
+  visit(r.known, "known", n);
+  visit(r.active, "active", n);
+}
+
 // An arm that does not do what it is told: faults that the controller need not know, drives that follow late, encoders
 // that are off.
 struct Plant {

@@ -1,6 +1,7 @@
 import dataclasses
 import json
 import pickle
+import re
 import subprocess
 import sys
 
@@ -8,12 +9,16 @@ import numpy as np
 import pytest
 
 import stillreach as sr
+from stillreach._core import RECORDED
+from stillreach.simulation import simulator
 from stillreach.simulation.document import scenario_text
-from stillreach.simulation.record import FIELDS
+from stillreach.simulation.record import FIELDS, Record, empty_record
 from tests.refusals import refused
 from tests.unit.simulation.scenarios import first_ticks, small_run
 
 NAMES = [field.name for field in FIELDS]
+MARK = 85
+"""Every byte of an array, before a simulation."""
 
 
 def assert_same(one, other):
@@ -45,6 +50,32 @@ def test_the_arrays_are_those_of_the_design():
     assert {name: getattr(run, name).shape for name in shapes} == shapes
     assert set(NAMES) == set(shapes)
     assert set(run.joint_units) == {"rad", "m"}
+
+
+@pytest.mark.parametrize(
+    "changes", [{}, {"plant": sr.plants.KinematicPlant(lag=0.02)}, {"plant": sr.plants.MujocoPlant()}], ids=str
+)
+def test_every_array_of_every_tick_is_written(changes, monkeypatch):
+    def marked(ticks, joints):
+        record = empty_record(ticks, joints)
+        for array in record.values():
+            array.view(np.int8).fill(MARK)
+        return record
+
+    monkeypatch.setattr(simulator, "empty_record", marked)
+    arrays = small_run(**changes).arrays()
+    assert [
+        name for name, array in arrays.items() if np.any(array == np.full(8, MARK, np.int8).view(array.dtype)[0])
+    ] == []
+
+
+def test_every_array_that_the_core_records_has_its_place_in_a_run():
+    assert sorted({*RECORDED} - {*NAMES}) == []
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_reference_says_what_an_array_is(name):
+    assert re.search(rf"^ +(\w+, )*{name}(, \w+)*: \(T", Record.__doc__, re.MULTILINE)
 
 
 def test_a_saved_run_comes_back_whole(tmp_path):
