@@ -25,6 +25,7 @@ from stillreach.plants import PLANTS, Plant
 from stillreach.show.style import HEALTH_COLOURS
 from stillreach.simulation.course import Course
 from stillreach.simulation.motion import MOTIONS
+from stillreach.simulation.scenario_file.tables import SCENARIO, TASK, WEIGHTS
 from tests.fuzzing.toml import written
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -139,6 +140,16 @@ def test_the_page_on_scenario_files_and_the_schema_hold_it_with_all_its_settings
     table = sr.scenario_schema()["definitions"][kind.__name__]
     assert table["properties"]["kind"] == {"const": kind.word}
     assert table["properties"].keys() >= kind.keys().keys()
+
+
+@pytest.mark.parametrize(
+    ("table", "made"),
+    [(SCENARIO, sr.Scenario), (TASK, sr.Task), (WEIGHTS, sr.Weights)],
+    ids=["scenario", "task", "weights"],
+)
+def test_a_file_has_a_key_for_every_argument_and_no_others(table, made):
+    arguments = {{"arm": "robot"}.get(name, name) for name in inspect.signature(made).parameters}
+    assert sorted((table.keys.keys() - {"units"}) ^ arguments) == []
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.word)

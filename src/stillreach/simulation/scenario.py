@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
@@ -36,19 +37,8 @@ LOOPS = ("open", "closed")
 CLOCKS = ("time", "arm")
 LARGEST_RECORD = 2**33
 """[bytes] of a run: a duration or period that is wrong by orders of magnitude is rejected before the start."""
-CONTROLLER_SETTINGS = (
-    "law",
-    "task",
-    "period",
-    "velocity_limits",
-    "position_limits",
-    "acceleration_limits",
-    "null_motion",
-    "track_limits",
-    "return_rate",
-    "transition_rate",
-)
-"""Arguments passed unchanged to the controller."""
+CONTROLLER_SETTINGS = tuple(inspect.signature(Controller).parameters)[1:]
+"""Arguments passed unchanged to the controller: all but the arm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +165,7 @@ class Scenario:
             InputError: if a setting is invalid.
         """
         settings = {name: getattr(self, name) for name in CONTROLLER_SETTINGS}
-        return Controller(self.arm, track_gain=self.track_gain, **settings)
+        return Controller(self.arm, **settings)
 
     def page(self) -> Page:
         """A page that plays this scenario in a browser, and in which a click breaks a joint.
