@@ -1,6 +1,8 @@
 """The comparison with other libraries: its workload, its judge, what it does with peers that fail, what it writes."""
 
+import ast
 import dataclasses
+import re
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -15,11 +17,20 @@ from bench.field import Peer, interleave
 from bench.hostile import hostile_ticks
 from bench.judge import judge
 from bench.page import put
-from bench.peers import ENTRIES
+from bench.peers import ENTRIES, Entry
+from bench.poses import POSES
 from bench.problem import Problem, largest_fraction, least_error, make_batch, make_problem
 from bench.report import MARK, report, requirements, table
 from bench.workload import robot
 from tests.conformance.registry import LAWS
+
+ROOT = Path(__file__).parents[2]
+PEERS = {
+    f"bench.{folder}.{file.stem}": file
+    for folder in ("peers", "poses")
+    for file in (ROOT / "bench" / folder).glob("*.py")
+    if file.stem not in ("__init__", "base", "race")
+}
 
 
 @pytest.fixture(scope="module")
@@ -240,3 +251,21 @@ def test_every_law_has_a_slowest_hostile_tick() -> None:
     assert [row.law for row in rows] == list(LAWS)
     for row in rows:
         assert 0.0 < row.median < row.slowest
+
+
+def test_every_peer_of_the_tables_has_its_file_and_every_file_its_row() -> None:
+    listed = {f"{entry.package}.{entry.module}" for entry in (*ENTRIES.values(), *POSES)}
+    assert sorted(listed ^ PEERS.keys()) == []
+
+
+@pytest.mark.parametrize("entry", [*ENTRIES.values(), *POSES], ids=lambda entry: f"{entry.package}:{entry.key}")
+def test_a_peer_has_its_class_and_its_packages_are_pinned(entry: Entry) -> None:
+    """Read from its text, because most peers are not installed here."""
+    text = PEERS[f"{entry.package}.{entry.module}"].read_text()
+    assert re.search(rf"^class {entry.name}\b", text, re.MULTILINE)
+    needed = {
+        name for line in re.findall(r"^    packages = (.+)$", text, re.MULTILINE) for name in ast.literal_eval(line)
+    }
+    pinned = re.findall(r"^[\w.-]+(?===)", (ROOT / "requirements" / "peers.txt").read_text(), re.MULTILINE)
+    assert needed
+    assert sorted({name.lower() for name in needed} - {"stillreach", *pinned}) == []
