@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from stillreach.cli._complete import complete_robot
 from stillreach.errors import InputError
 
 if TYPE_CHECKING:
     from stillreach.arm import Arm
+    from stillreach.cli import _options as option
     from stillreach.simulation import Scenario
 
 STARTS = 8
@@ -19,58 +18,27 @@ STARTS = 8
 PERIOD = 0.01
 """[s] of a recording's scenario, as of any other."""
 
-RecordingOption = Annotated[
-    str | None,
-    typer.Option(
-        "--recording",
-        metavar="FILE",
-        help="Instead of a scenario, the tool's motion in a rosbag2, an MCAP, CSV or Parquet file, or a run.",
-    ),
-]
-RobotOption = Annotated[
-    str | None,
-    typer.Option(
-        "--robot", metavar="ROBOT", help="Of the recording: URDF or MJCF file or name.", autocompletion=complete_robot
-    ),
-]
-AngleOption = Annotated[
-    str | None, typer.Option("--angle", metavar="UNIT", help="rad or deg: of a table that does not say its unit.")
-]
-TopicOption = Annotated[
-    str | None,
-    typer.Option("--topic", help="Of the joint states, where a bag has several; or of poses of the tool alone."),
-]
-EpisodeOption = Annotated[int | None, typer.Option("--episode", help="Of a dataset with several.")]
-PeriodOption = Annotated[
-    str | None,
-    typer.Option("--period", metavar="TIME", help="Between two ticks on a recording, e.g. 4ms; by default 10ms."),
-]
 
-
-def recorded(
-    recording: str,
-    arm: Arm,
-    *,
-    angle: str | None = None,
-    topic: str | None = None,
-    episode: int | None = None,
-    period: str | None = None,
-) -> Scenario:
+def recorded(recording: str, robot: str, options: option.Recording) -> Scenario:
     """The scenario whose task is the tool's motion in a recording.
 
     Raises:
         InputError: if an option or the file is invalid.
     """
     from stillreach._units import quantity
+    from stillreach.cli._robots import load_arm
     from stillreach.recordings import Recording
 
-    step = PERIOD if period is None else quantity("--period", period, {"s": 1.0, "ms": 1e-3})
+    arm = load_arm(robot, tip=options.tip, base=options.base, fixed={})
+    step = PERIOD if options.period is None else quantity("--period", options.period, {"s": 1.0, "ms": 1e-3})
+    topic = options.topic
     if not Path(recording).exists():
         raise InputError("--recording", repr(recording), "a file or folder that exists")
     try:
         if topic is not None and _has_poses(Path(recording), topic):
             return _of_poses(recording, arm, topic, step)
-        return Recording.load(recording, arm=arm, angle=angle, topic=topic, episode=episode).scenario(period=step)
+        read = Recording.load(recording, arm=arm, angle=options.angle, topic=topic, episode=options.episode)
+        return read.scenario(period=step)
     except InputError as error:
         if error.argument not in ("angle", "topic", "episode", "period"):
             raise
@@ -108,20 +76,23 @@ def _of_poses(recording: str, arm: Arm, topic: str, period: float) -> Scenario:
     )
 
 
+def refuse(options: Mapping[str, Any], expected: str) -> None:
+    """Raises InputError for the first of the options that has a value."""
+    for name, value in options.items():
+        if value is not None:
+            raise InputError(f"--{name}", repr(value), expected)
+
+
 def scenario_or_recording(
-    scenario: str | None, recording: str | None, robot: str | None, tip: str | None, base: str | None, **options: Any
+    scenario: str | None, recording: str | None, robot: str | None, options: option.Recording
 ) -> tuple[str | Scenario, str]:
     """What a command simulates, and the name of its output folder.
 
     Raises:
         InputError: if neither or both came, or an option that does not go with what came.
     """
-    from stillreach.cli._robots import load_arm
-
     if recording is None:
-        for name, value in {"robot": robot, "tip": tip, "base": base, **options}.items():
-            if value is not None:
-                raise InputError(f"--{name}", repr(value), "a --recording with it; a scenario names its own robot")
+        refuse({"robot": robot, **options.given()}, "a --recording with it; a scenario names its own robot")
         if scenario is None:
             raise InputError("SCENARIO", "nothing", "a scenario file, a ready one, or --recording with --robot")
         return scenario, scenario
@@ -129,4 +100,4 @@ def scenario_or_recording(
         raise InputError("SCENARIO", f"{scenario!r} and a recording", "one of them")
     if robot is None:
         raise InputError("--robot", "nothing", "the robot of the recording: a URDF or MJCF file or a name")
-    return recorded(recording, load_arm(robot, tip=tip, base=base, fixed={}), **options), recording
+    return recorded(recording, robot, options), recording

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import inspect
-from typing import Annotated, Any
+from typing import Any
 
-import typer
+from stillreach.cli import _options as option
 
 
-def arms(as_json: Annotated[bool, typer.Option("--json", help="Print only JSON.")] = False) -> None:
+def arms(as_json: option.Json = False) -> None:
     """List the built-in arms and the ready scenarios."""
     from stillreach.arms import BUILDERS
     from stillreach.cli._scenarios import ready_scenarios

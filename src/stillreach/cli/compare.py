@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillreach.cli._complete import complete_laws, complete_scenario
+from stillreach.cli import _options as option
+from stillreach.cli._complete import complete_laws
 
 if TYPE_CHECKING:
     from stillreach.laws import Law
@@ -19,10 +20,7 @@ PICTURE, SUMMARY = "compare.png", "compare.json"
 
 
 def compare(
-    scenario: Annotated[
-        str,
-        typer.Argument(metavar="SCENARIO", help="A scenario file or a ready one.", autocompletion=complete_scenario),
-    ],
+    scenario: Annotated[str, option.SCENARIO],
     laws: Annotated[
         str | None,
         typer.Option(
@@ -31,24 +29,13 @@ def compare(
             show_default="all laws",
         ),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Output folder; by default out/NAME.")] = None,
-    fail: Annotated[
-        list[str] | None, typer.Option(metavar="JOINT[@S][:KIND]", help="One more fault, as for run.")
-    ] = None,
-    healthy: Annotated[bool, typer.Option("--healthy", help="Leave out the scenario's own faults.")] = False,
-    known_after: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME", help="The controller learns of every fault this much later, e.g. 40ms; never: not at all."
-        ),
-    ] = None,
-    within: Annotated[
-        str | None, typer.Option(metavar="LENGTH[,ANGLE]", help="Distance from the goal that counts as arrived.")
-    ] = None,
-    plot: Annotated[
-        bool | None, typer.Option("--plot/--no-plot", help="Draw compare.png; by default if matplotlib is installed.")
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print only the summaries, as JSON.")] = False,
+    out: option.Out = None,
+    fail: option.Fail = None,
+    healthy: option.Healthy = False,
+    known_after: option.KnownAfter = None,
+    within: Annotated[str | None, option.allowed("Distance from the goal that counts as arrived.")] = None,
+    plot: Annotated[bool | None, option.drawn("compare.png")] = None,
+    as_json: option.Json = False,
 ) -> None:
     """Simulate a scenario under several laws: table and picture.
 
@@ -63,10 +50,10 @@ def compare(
     from stillreach.cli._summary import facts
     from stillreach.cli._terminal import console, print_json
 
-    allowed = tolerances("--within", within)
+    off = tolerances("--within", within)
     chosen = changed(scenario, fail=fail or [], healthy=healthy, known_after=known_after)
     folder = folder_for(out, scenario)
-    results = _results(chosen, parse_laws(laws or ",".join(law_texts()[0]), like=chosen.law), allowed)
+    results = _results(chosen, parse_laws(laws or ",".join(law_texts()[0]), like=chosen.law), off)
     found = {"scenario": chosen.name, "laws": {name: facts(of) for name, of in results.summaries.items()}}
     remove_older(*_older(folder, set(results)))
     written = [write_record(run, folder, _stem(law)) for law, run in results.items()]

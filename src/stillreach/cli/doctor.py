@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-import typer
+from stillreach.cli import _options as option
 
 _HIDDEN_EXTRAS = ("all", "test")
 
 
-def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print only JSON.")] = False) -> None:
+def doctor(as_json: option.Json = False) -> None:
     """Show what is installed and what is missing.
 
     Shows the active instruction path and the command that installs each missing extra.

@@ -6,31 +6,23 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillreach.cli._chain import BaseOption, FixedOption, RobotArgument, TipOption
+from stillreach.cli import _options as option
 
 if TYPE_CHECKING:
     from stillreach.arm.losses import Losses
 
 
 def inspect(
-    robot: RobotArgument,
-    tip: TipOption = None,
-    base: BaseOption = None,
-    fixed: FixedOption = None,
-    q: Annotated[
-        str | None,
-        typer.Option(
-            "--q",
-            metavar="VALUES",
-            help="Configuration: values or joint=value pairs separated by commas, in rad and m or with a unit "
-            "(-90deg, 50mm); zero; middle (of the limits); or best (default), where the tool moves best.",
-        ),
-    ] = None,
-    outside: Annotated[bool, typer.Option("--outside", help="Accept --q outside the position limits.")] = False,
+    robot: option.Robot,
+    tip: option.Tip = None,
+    base: option.Base = None,
+    fixed: option.Fixed = None,
+    q: Annotated[str | None, option.configured("Configuration")] = None,
+    outside: option.Outside = False,
     rows: Annotated[
         str, typer.Option(help="The task: pose, position, orientation, or components like vx,vy,wz.")
     ] = "pose",
-    frame: Annotated[str, typer.Option(help="Axes of these rows: base or tool.")] = "base",
+    frame: option.Frame = "base",
     lost_below: Annotated[
         str | None,
         typer.Option(
@@ -42,7 +34,7 @@ def inspect(
         int | None,
         typer.Option("--together", "-k", min=1, help="Also the worst sets of up to so many joints, and speeds."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print only JSON.")] = False,
+    as_json: option.Json = False,
 ) -> None:
     """Show an arm and the loss of each joint.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillreach.cli._chain import BaseOption, FixedOption, RobotArgument, TipOption
+from stillreach.cli import _options as option
 from stillreach.cli._poses import AngleOption, LengthOption, RowsOption, given_poses, ranges, rows_for
 from stillreach.errors import InputError
 
@@ -16,26 +16,18 @@ if TYPE_CHECKING:
 
 
 def reach(
-    robot: RobotArgument,
+    robot: option.Robot,
     poses: Annotated[
         Path | None,
         typer.Argument(metavar="[POSES]", help="A CSV file of the poses that the arm is for; by default random ones."),
     ] = None,
-    tip: TipOption = None,
-    base: BaseOption = None,
-    fixed: FixedOption = None,
-    q: Annotated[
-        str | None,
-        typer.Option(
-            "--q",
-            metavar="VALUES",
-            help="Where each joint is locked: values or joint=value pairs separated by commas, in rad and m or with a "
-            "unit (-90deg, 50mm); zero; middle (of the limits); or best (default), where the tool moves best.",
-        ),
-    ] = None,
-    outside: Annotated[bool, typer.Option("--outside", help="Accept --q outside the position limits.")] = False,
+    tip: option.Tip = None,
+    base: option.Base = None,
+    fixed: option.Fixed = None,
+    q: Annotated[str | None, option.configured("Where each joint is locked")] = None,
+    outside: option.Outside = False,
     rows: RowsOption = None,
-    frame: Annotated[str, typer.Option(help="Axes of these rows: base or tool.")] = "base",
+    frame: option.Frame = "base",
     length: LengthOption = None,
     angle: AngleOption = None,
     samples: Annotated[int | None, typer.Option(min=1, help="Number of random poses; by default 1000.")] = None,
@@ -45,7 +37,7 @@ def reach(
         Path | None,
         typer.Option("--output", "-o", metavar="FILE", help="Also write a CSV file: a row a pose, a column a joint."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print only JSON.")] = False,
+    as_json: option.Json = False,
 ) -> None:
     """Show which poses an arm still reaches without a joint.
 

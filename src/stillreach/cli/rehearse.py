@@ -7,14 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillreach.cli._chain import BaseOption, TipOption
-from stillreach.cli._complete import complete_law, complete_laws
-from stillreach.cli._recordings import (
-    AngleOption,
-    EpisodeOption,
-    PeriodOption,
-    TopicOption,
-)
+from stillreach.cli import _options as option
+from stillreach.cli._complete import complete_laws
 
 if TYPE_CHECKING:
     from stillreach.arm import Arm
@@ -26,6 +20,7 @@ PAGE, PICTURE, RECORD, SUMMARY = "rehearsal.html", "rehearsal.png", "rehearsal.n
 SURVEY = "rehearsal.zarr"
 
 
+@option.of_recording
 def rehearse(
     task: Annotated[
         str,
@@ -35,12 +30,8 @@ def rehearse(
         str | None,
         typer.Argument(metavar="[RECORDING]", help="A rosbag2, an MCAP, CSV or Parquet file, or a run."),
     ] = None,
-    tip: TipOption = None,
-    base: BaseOption = None,
-    angle: AngleOption = None,
-    topic: TopicOption = None,
-    episode: EpisodeOption = None,
-    period: PeriodOption = None,
+    *,
+    options: option.Recording,
     kind: Annotated[
         list[str] | None,
         typer.Option(
@@ -54,24 +45,19 @@ def rehearse(
     ] = None,
     together: Annotated[int, typer.Option("--together", "-k", min=1, help="How many joints fail at once.")] = 1,
     onsets: Annotated[int, typer.Option(min=1, help="At how many moments.")] = 100,
-    known_after: Annotated[
-        str | None, typer.Option(metavar="TIME", help="The controller learns of it this much later, e.g. 40ms; never.")
-    ] = None,
+    known_after: option.KnownAfter = None,
     within: Annotated[
         str | None,
-        typer.Option(
-            metavar="LENGTH[,ANGLE]",
-            help="How far the tool may be off its target, e.g. 5mm,1deg; by default 1 % of the path.",
-        ),
+        option.allowed("How far the tool may be off its target, e.g. 5mm,1deg; by default 1 % of the path."),
     ] = None,
-    law: Annotated[str | None, typer.Option(help="Law instead of the scenario's.", autocompletion=complete_law)] = None,
+    law: option.Law = None,
     laws: Annotated[
         str | None,
         typer.Option(
             help="Also the share that survives under other laws, separated by commas.", autocompletion=complete_laws
         ),
     ] = None,
-    healthy: Annotated[bool, typer.Option("--healthy", help="Leave out the scenario's own faults.")] = False,
+    healthy: option.Healthy = False,
     postures: Annotated[
         int, typer.Option(min=0, metavar="N", help="Also look for a better start among so many postures, e.g. 32.")
     ] = 0,
@@ -83,18 +69,16 @@ def rehearse(
         int,
         typer.Option(min=0, metavar="N", help="Also where the arm can still go if a joint locks, at so many moments."),
     ] = 0,
-    threads: Annotated[int | None, typer.Option(min=1, help="By default one a processor.")] = None,
+    threads: option.Threads = None,
     require: Annotated[
         float | None, typer.Option(min=0.0, max=1.0, help="Exit with 1 if a smaller share survives, e.g. 0.9.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Output folder; by default out/NAME.")] = None,
+    out: option.Out = None,
     page: Annotated[
         bool | None, typer.Option("--page/--no-page", help="Write rehearsal.html; by default if Jinja is installed.")
     ] = None,
-    plot: Annotated[
-        bool | None, typer.Option("--plot/--no-plot", help="Draw rehearsal.png; by default if matplotlib is installed.")
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print only JSON.")] = False,
+    plot: Annotated[bool | None, option.drawn("rehearsal.png")] = None,
+    as_json: option.Json = False,
 ) -> None:
     """Rehearse a task: which joints can fail, and when.
 
@@ -104,28 +88,15 @@ def rehearse(
     """
     from stillreach._units import LENGTHS, quantity, tolerances
     from stillreach.cli._exit import CTRL_C, NOT_FINISHED
-    from stillreach.cli._faults import changed, delay
+    from stillreach.cli._faults import delay
     from stillreach.cli._laws import parse_laws
-    from stillreach.cli._recordings import recorded
-    from stillreach.cli._records import folder_for, picture, remove_older, write_page, write_summary
-    from stillreach.cli._robots import load_arm
-    from stillreach.cli._terminal import console, print_json
+    from stillreach.cli._records import folder_for
     from stillreach.tolerance import better_place, better_start
     from stillreach.tolerance import rehearse as rehearsed
 
-    allowed = tolerances("--within", within)
+    distance, angle = tolerances("--within", within)
     far = 0.0 if shift is None else quantity("--shift", shift, LENGTHS, bare=False)
-    options = {"tip": tip, "base": base, "angle": angle, "topic": topic, "episode": episode, "period": period}
-    _refuse_options(task, recording, options)
-    given: str | Scenario = task
-    source = quoted(task)
-    if recording is not None:
-        arm = load_arm(task, tip=tip, base=base, fixed={})
-        given = recorded(recording, arm, angle=angle, topic=topic, episode=episode, period=period)
-        texts = [f"--{name} {quoted(str(value))}" for name, value in options.items() if value is not None]
-        source = " ".join([f"--recording {quoted(recording)} --robot {quoted(task)}", *texts])
-    chosen = changed(given, law=law, fail=[], healthy=healthy)
-    source += (f" --law {quoted(law)}" if law else "") + (" --healthy" if healthy else "")
+    chosen, source = _chosen(task, recording, options, law=law, healthy=healthy)
     others = parse_laws(laws, like=chosen.law) if laws else {}
     wanted: dict[str, Any] = {
         "kinds": [_kind(chosen.arm, text) for text in kind or ["locked"]],
@@ -133,24 +104,74 @@ def rehearse(
         "k": together,
         "onsets": onsets,
         "known_after": 0.0 if known_after is None else delay(known_after),
-        "allowed_distance": allowed[0],
-        "allowed_angle": allowed[1],
+        "allowed_distance": distance,
+        "allowed_angle": angle,
         "threads": threads,
     }
     found = rehearsed(chosen, **wanted)
     shares: dict[str, float] = {}
-    for name, other in others.items():
-        if not found.interrupted:
-            shares[name] = rehearsed(chosen, **wanted, law=other).share
+    if not found.interrupted:
+        shares = {name: rehearsed(chosen, **wanted, law=other).share for name, other in others.items()}
     if postures and not found.interrupted:
         better_start(found, count=postures, threads=threads)
     if far and not found.interrupted:
         better_place(found, [[sign * far * (axis == k) for k in range(3)] for sign in (1, -1) for axis in range(3)])
     folder = folder_for(out, recording or task)
-    remove_older(folder / PAGE, folder / PICTURE, folder / RECORD)
     if survey and not found.interrupted:
         _survey(found, folder / SURVEY, {"count": survey, "k": together, "threads": threads})
-    facts = {**found.facts(), **({"laws": shares} if laws else {})}
+    _output(found, folder, source, shares if laws else None, page=page, plot=plot, as_json=as_json)
+    if found.interrupted:
+        raise typer.Exit(CTRL_C)
+    if require is not None and not found.share >= require:
+        raise typer.Exit(NOT_FINISHED)
+
+
+def _chosen(
+    task: str, recording: str | None, options: option.Recording, *, law: str | None, healthy: bool
+) -> tuple[Scenario, str]:
+    """The scenario to rehearse, and how a command line names it.
+
+    Raises:
+        InputError: for a recording behind a scenario, and for options of a recording without one.
+    """
+    import shlex
+
+    from stillreach.cli._complete import scenario_names
+    from stillreach.cli._faults import changed
+    from stillreach.cli._recordings import recorded, refuse
+    from stillreach.errors import InputError
+
+    given: str | Scenario = task
+    words = [task]
+    if recording is None:
+        refuse(options.given(), "a recording behind the robot; a scenario names its own robot")
+    elif task in scenario_names() or task.endswith(".toml"):
+        raise InputError("RECORDING", recording, f"none: {task} is a scenario, which has its own motion")
+    else:
+        given = recorded(recording, task, options)
+        words = ["--recording", recording, "--robot", task]
+        for name, value in options.given().items():
+            words += [f"--{name}", str(value)]
+    words += (["--law", law] if law else []) + ["--healthy"] * healthy
+    return changed(given, law=law, fail=[], healthy=healthy), shlex.join(words)
+
+
+def _output(
+    found: Rehearsal,
+    folder: Path,
+    source: str,
+    shares: dict[str, float] | None,
+    *,
+    page: bool | None,
+    plot: bool | None,
+    as_json: bool,
+) -> None:
+    """Writes the files, and prints what became of the failures."""
+    from stillreach.cli._records import picture, remove_older, write_page, write_summary
+    from stillreach.cli._terminal import console, print_json
+
+    remove_older(folder / PAGE, folder / PICTURE, folder / RECORD)
+    facts = {**found.facts(), **({} if shares is None else {"laws": shares})}
     written = [write_summary(facts, folder, SUMMARY), *_record(found, folder / RECORD)]
     written += write_page(page, folder / PAGE, lambda: found.html(source))
     written += picture(plot, folder / PICTURE, found.plot)
@@ -158,34 +179,8 @@ def rehearse(
     if as_json:
         print_json({**facts, "files": [str(path) for path in written]})
     else:
-        _print(found, shares)
+        _print(found, shares or {})
         console().print(f"\nwrote {', '.join(map(str, written))}", soft_wrap=True)
-    if found.interrupted:
-        raise typer.Exit(CTRL_C)
-    if require is not None and not found.share >= require:
-        raise typer.Exit(NOT_FINISHED)
-
-
-def quoted(text: str) -> str:
-    """A word as a shell takes it."""
-    import shlex
-
-    return shlex.quote(text)
-
-
-def _refuse_options(task: str, recording: str | None, options: dict[str, Any]) -> None:
-    """Raises InputError for a recording behind a scenario, and for options of a recording without one."""
-    from stillreach.cli._complete import scenario_names
-    from stillreach.errors import InputError
-
-    if recording is not None and (task in scenario_names() or task.endswith(".toml")):
-        raise InputError("RECORDING", recording, f"none: {task} is a scenario, which has its own motion")
-    if recording is None:
-        for name, value in options.items():
-            if value is not None:
-                raise InputError(
-                    f"--{name}", repr(value), "a recording behind the robot; a scenario names its own robot"
-                )
 
 
 def _kind(arm: Arm, text: str) -> str | FaultKind:

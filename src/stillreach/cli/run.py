@@ -2,21 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillreach.cli._chain import BaseOption, TipOption
-from stillreach.cli._complete import complete_law, complete_scenario
-from stillreach.cli._recordings import (
-    AngleOption,
-    EpisodeOption,
-    PeriodOption,
-    RecordingOption,
-    RobotOption,
-    TopicOption,
-)
+from stillreach.cli import _options as option
 
 if TYPE_CHECKING:
     from stillreach.simulation import Run, Scenario
@@ -24,52 +14,30 @@ if TYPE_CHECKING:
 PICTURE = "run.png"
 
 
+@option.of_recording
 def run(
-    scenario: Annotated[
-        str | None,
-        typer.Argument(metavar="SCENARIO", help="A scenario file or a ready one.", autocompletion=complete_scenario),
-    ] = None,
-    recording: RecordingOption = None,
-    robot: RobotOption = None,
-    tip: TipOption = None,
-    base: BaseOption = None,
-    angle: AngleOption = None,
-    topic: TopicOption = None,
-    episode: EpisodeOption = None,
-    period: PeriodOption = None,
-    out: Annotated[Path | None, typer.Option(help="Output folder; by default out/NAME.")] = None,
-    law: Annotated[
+    scenario: Annotated[str | None, option.SCENARIO] = None,
+    recording: Annotated[
         str | None,
         typer.Option(
-            help="Law instead of the scenario's, e.g. keep-direction or least-error:price=position-first.",
-            autocompletion=complete_law,
+            metavar="FILE",
+            help="Instead of a scenario, the tool's motion in a rosbag2, an MCAP, CSV or Parquet file, or a run.",
         ),
     ] = None,
-    fail: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="JOINT[@S][:KIND]",
-            help="One more fault: j4@2 locks j4 after 2 s, j4@2:derated=0.3 leaves it 30 % of its speed.",
-        ),
-    ] = None,
-    healthy: Annotated[bool, typer.Option("--healthy", help="Leave out the scenario's own faults.")] = False,
-    known_after: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME", help="The controller learns of every fault this much later, e.g. 40ms; never: not at all."
-        ),
-    ] = None,
+    robot: option.RecordedRobot = None,
+    *,
+    options: option.Recording,
+    out: option.Out = None,
+    law: option.Law = None,
+    fail: option.Fail = None,
+    healthy: option.Healthy = False,
+    known_after: option.KnownAfter = None,
     within: Annotated[
         str | None,
-        typer.Option(
-            metavar="LENGTH[,ANGLE]",
-            help="Distance from the goal that counts as arrived, e.g. 5mm,1deg; by default 1 % of the path.",
-        ),
+        option.allowed("Distance from the goal that counts as arrived, e.g. 5mm,1deg; by default 1 % of the path."),
     ] = None,
-    plot: Annotated[
-        bool | None, typer.Option("--plot/--no-plot", help="Draw run.png; by default if matplotlib is installed.")
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print only the summary, as JSON.")] = False,
+    plot: Annotated[bool | None, option.drawn("run.png")] = None,
+    as_json: option.Json = False,
 ) -> None:
     """Simulate a scenario or a recording: summary, record and picture.
 
@@ -84,13 +52,12 @@ def run(
     from stillreach.cli._summary import facts, print_summary
     from stillreach.cli._terminal import console, print_json
 
-    allowed = tolerances("--within", within)
-    options = {"angle": angle, "topic": topic, "episode": episode, "period": period}
-    given, name = scenario_or_recording(scenario, recording, robot, tip, base, **options)
+    distance, angle = tolerances("--within", within)
+    given, name = scenario_or_recording(scenario, recording, robot, options)
     chosen = changed(given, law=law, fail=fail or [], healthy=healthy, known_after=known_after)
     folder = folder_for(out, name)
     record = _simulated(chosen)
-    found = record.summary(allowed_distance=allowed[0], allowed_angle=allowed[1])
+    found = record.summary(allowed_distance=distance, allowed_angle=angle)
     remove_older(folder / PICTURE)
     written = [write_record(record, folder), write_summary(facts(found), folder)]
     written += picture(plot, folder / PICTURE, lambda: record.plot(found))

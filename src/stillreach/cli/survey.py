@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillreach.cli._chain import BaseOption, FixedOption, RobotArgument, TipOption
+from stillreach.cli import _options as option
 from stillreach.cli._poses import AngleOption, LengthOption, RowsOption, given_poses, ranges, rows_for
 
 if TYPE_CHECKING:
@@ -20,10 +20,10 @@ SLICE, CLOUD = "survey-slice.png", "survey-cloud.png"
 
 
 def survey(
-    robot: RobotArgument,
-    tip: TipOption = None,
-    base: BaseOption = None,
-    fixed: FixedOption = None,
+    robot: option.Robot,
+    tip: option.Tip = None,
+    base: option.Base = None,
+    fixed: option.Fixed = None,
     samples: Annotated[
         int | None, typer.Option(min=1, help="Number of random configurations within the limits; 100,000 by default.")
     ] = None,
@@ -55,7 +55,7 @@ def survey(
         ),
     ] = None,
     rows: RowsOption = None,
-    frame: Annotated[str, typer.Option(help="Axes of these rows: base or tool.")] = "base",
+    frame: option.Frame = "base",
     length: LengthOption = None,
     angle: AngleOption = None,
     starts: Annotated[int, typer.Option(min=1, help="The most searches for a pose.")] = 30,
@@ -71,12 +71,10 @@ def survey(
     resume: Annotated[
         bool, typer.Option("--resume/--no-resume", help="Go on with a survey that was begun in this folder.")
     ] = True,
-    threads: Annotated[int | None, typer.Option(min=1, help="By default one a processor.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Output folder; by default out/NAME.")] = None,
-    plot: Annotated[
-        bool | None, typer.Option("--plot/--no-plot", help="Draw survey.png; by default if matplotlib is installed.")
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print only JSON.")] = False,
+    threads: option.Threads = None,
+    out: option.Out = None,
+    plot: Annotated[bool | None, option.drawn("survey.png")] = None,
+    as_json: option.Json = False,
 ) -> None:
     """Survey what an arm can afford to lose, over many configurations.
 

@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillreach.cli._chain import BaseOption, TipOption
-from stillreach.cli._complete import complete_law, complete_view
-from stillreach.cli._recordings import (
-    AngleOption,
-    EpisodeOption,
-    PeriodOption,
-    RobotOption,
-    TopicOption,
-)
+from stillreach.cli import _options as option
+from stillreach.cli._complete import complete_view
 
 if TYPE_CHECKING:
     from stillreach.page import Page
@@ -24,6 +17,7 @@ PAGE = "view.html"
 RUNS = (".nc", ".npz")
 
 
+@option.of_recording
 def view(
     what: Annotated[
         list[str],
@@ -33,19 +27,12 @@ def view(
             autocompletion=complete_view,
         ),
     ],
-    robot: RobotOption = None,
-    tip: TipOption = None,
-    base: BaseOption = None,
-    angle: AngleOption = None,
-    topic: TopicOption = None,
-    episode: EpisodeOption = None,
-    period: PeriodOption = None,
-    law: Annotated[str | None, typer.Option(help="Law instead of a scenario's.", autocompletion=complete_law)] = None,
-    fail: Annotated[
-        list[str] | None,
-        typer.Option(metavar="JOINT[@S][:KIND]", help="One more fault of a scenario or recording, as of run."),
-    ] = None,
-    out: Annotated[Path | None, typer.Option(help="Output folder; by default out/NAME.")] = None,
+    robot: option.RecordedRobot = None,
+    *,
+    options: option.Recording,
+    law: option.Law = None,
+    fail: option.Fail = None,
+    out: option.Out = None,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Write the page, and do not open it.")] = False,
 ) -> None:
     """Make a page in which a click breaks a joint.
@@ -57,8 +44,7 @@ def view(
     from stillreach.cli._records import folder_for
     from stillreach.cli._terminal import console, note
 
-    options = {"angle": angle, "topic": topic, "episode": episode, "period": period}
-    page = _page(what, robot, tip, base, law, fail or [], options)
+    page = _page(what, robot, options, law, fail or [])
     path = folder_for(out, what[0]) / PAGE
     if no_browser:
         page.save(path)
@@ -68,15 +54,7 @@ def view(
         note("stillreach: no browser found; open the file in one")
 
 
-def _page(
-    what: list[str],
-    robot: str | None,
-    tip: str | None,
-    base: str | None,
-    law: str | None,
-    fail: list[str],
-    options: dict[str, Any],
-) -> Page:
+def _page(what: list[str], robot: str | None, options: option.Recording, law: str | None, fail: list[str]) -> Page:
     """The page of whatever was named.
 
     Raises:
@@ -84,7 +62,7 @@ def _page(
     """
     from stillreach.cli._complete import scenario_names
     from stillreach.cli._faults import changed
-    from stillreach.cli._recordings import scenario_or_recording
+    from stillreach.cli._recordings import refuse, scenario_or_recording
     from stillreach.cli._robots import load_arm
     from stillreach.errors import InputError
     from stillreach.page import arm_page, run_page, scenario_page
@@ -96,15 +74,12 @@ def _page(
         raise InputError("WHAT", f"{len(what)} things", "one, or several runs (run.nc)")
     task = recording or (not runs and (first in scenario_names() or Path(first).suffix.lower() == ".toml"))
     if not task:
-        given = {"law": law, "fail": fail or None, **options}
-        if runs:
-            given |= {"tip": tip, "base": base}
-        for name, value in given.items():
-            if value is not None:
-                raise InputError(f"--{name}", repr(value), "a scenario, or a recording with --robot")
+        chain = set() if runs else {"tip", "base"}
+        given = {name: value for name, value in options.given().items() if name not in chain}
+        refuse({"law": law, "fail": fail or None, **given}, "a scenario, or a recording with --robot")
         if runs:
             return run_page(*map(Run.load, what))
-        return arm_page(load_arm(first, tip=tip, base=base, fixed={}))
+        return arm_page(load_arm(first, tip=options.tip, base=options.base, fixed={}))
     scenario, file = (None, first) if recording else (first, None)
-    given_task, _ = scenario_or_recording(scenario, file, robot, tip, base, **options)
+    given_task, _ = scenario_or_recording(scenario, file, robot, options)
     return scenario_page(changed(given_task, law=law, fail=fail, healthy=False, known_after=None))
