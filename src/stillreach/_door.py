@@ -12,7 +12,7 @@ import math
 import operator
 import reprlib
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +25,7 @@ from stillreach._messages import one_of
 from stillreach.errors import InputError
 
 FloatArray = npt.NDArray[np.float64]
+Member = TypeVar("Member")
 
 
 def vector(
@@ -137,6 +138,20 @@ def count(name: str, value: Any, *, minimum: int = 1) -> int:
     if isinstance(value, (bool, np.bool_)) or number < minimum:
         raise InputError(name, describe(value), expected)
     return number
+
+
+def members(name: str, values: Any, kind: type[Member], expected: str, *, least: int = 1) -> list[Member]:
+    """The values of a list, all of one class; InputError otherwise."""
+    try:
+        found = list(values)
+    except TypeError:
+        raise InputError(name, describe(values), expected) from None
+    if len(found) < least:
+        raise InputError(name, "none", expected)
+    for place, value in enumerate(found):
+        if not isinstance(value, kind):
+            raise InputError(name, f"{describe(value)} at place {place}", expected)
+    return found
 
 
 def choice(name: str, value: Any, choices: Sequence[str]) -> str:

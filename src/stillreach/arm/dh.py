@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +18,6 @@ from stillreach import _door
 from stillreach._door import FloatArray
 from stillreach.arm.joint import KINDS, Joint
 from stillreach.arm.placements import moved, translation
-from stillreach.errors import InputError
 
 CONVENTIONS = ("standard", "modified")
 X_AXIS, Z_AXIS = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
@@ -69,7 +67,8 @@ def dh_chain(rows: Iterable[DHRow], convention: str, base: npt.ArrayLike | None)
         InputError: if an item is not a DHRow, rows are missing, the convention is unknown or the base is not rigid.
     """
     _door.choice("convention", convention, CONVENTIONS)
-    table = _table(rows)
+    expected = "a list of DHRow, one for each joint, e.g. [DHRow(a=0.4, alpha=0.0, d=0.1, theta=0.0)]"
+    table = _door.members("rows", rows, DHRow, expected)
     fixed = np.eye(4) if base is None else _door.pose("base", base)
     joints = []
     for row in table:
@@ -82,17 +81,3 @@ def dh_chain(rows: Iterable[DHRow], convention: str, base: npt.ArrayLike | None)
             joints.append(Joint(name=row.name, kind=row.kind, placement=fixed @ across @ along))
             fixed = np.eye(4)
     return joints, fixed
-
-
-def _table(rows: Any) -> list[DHRow]:
-    expected = "a list of DHRow, one for each joint, e.g. [DHRow(a=0.4, alpha=0.0, d=0.1, theta=0.0)]"
-    try:
-        table = list(rows)
-    except TypeError:
-        raise InputError("rows", _door.describe(rows), expected) from None
-    if not table:
-        raise InputError("rows", "no row", expected)
-    for place, row in enumerate(table):
-        if not isinstance(row, DHRow):
-            raise InputError("rows", f"{_door.describe(row)} at place {place}", expected)
-    return table

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -66,12 +65,8 @@ def checked(followers: Any, joints: tuple[Joint, ...]) -> tuple[Follower, ...]:
             consecutive.
     """
     expected = "Follower, each with a name and a place of its own, that follow joints of the arm"
-    if not isinstance(followers, Iterable):
-        raise InputError("followers", _door.describe(followers), expected)
-    found = tuple(followers)
+    found = _door.members("followers", followers, Follower, expected, least=0)
     for follower in found:
-        if not isinstance(follower, Follower):
-            raise InputError("followers", _door.describe(follower), expected)
         _door.choice(f"leader of {follower.joint.name!r}", follower.leader, [str(joint.name) for joint in joints])
     names = [joint.name for joint in joints] + [follower.joint.name for follower in found]
     places = [follower.place for follower in found]

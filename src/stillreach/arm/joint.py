@@ -74,18 +74,8 @@ class Joint(Value):
 
 def named(joints: Any) -> tuple[Joint, ...]:
     """The joints, each with a unique name."""
-    expected = "one or more Joint, from the base on"
-    try:
-        chain = list(joints)
-    except TypeError:
-        raise InputError("joints", _door.describe(joints), expected) from None
-    if not chain:
-        raise InputError("joints", "none", expected)
-    for place, joint in enumerate(chain):
-        if not isinstance(joint, Joint):
-            raise InputError("joints", f"{_door.describe(joint)} at place {place}", expected)
-        if joint.name is None:
-            chain[place] = replace(joint, name=f"j{place + 1}")
+    given = _door.members("joints", joints, Joint, "one or more Joint, from the base on")
+    chain = [replace(joint, name=f"j{place + 1}") if joint.name is None else joint for place, joint in enumerate(given)]
     places: dict[str | None, int] = {}
     for place, joint in enumerate(chain):
         if joint.name in places:

@@ -231,12 +231,11 @@ class Scenario:
             )
 
     def _checked_faults(self) -> tuple[Fault, ...]:
-        faults = (self.faults,) if isinstance(self.faults, Fault) else tuple(self.faults)
-        for place, fault in enumerate(faults):
-            if not isinstance(fault, Fault):
-                raise InputError("faults", f"{_door.describe(fault)} at place {place}", "a list of Fault")
+        given = [self.faults] if isinstance(self.faults, Fault) else self.faults
+        faults = _door.members("faults", given, Fault, "a list of Fault", least=0)
+        for fault in faults:
             self.arm.joint_index(fault.joint)
-        return faults
+        return tuple(faults)
 
     def _checked_allow(self) -> bool:
         if not isinstance(self.allow_outside, bool):

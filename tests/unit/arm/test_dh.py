@@ -118,7 +118,7 @@ def test_names_kinds_and_limits_reach_the_arm():
 @pytest.mark.parametrize(
     ("rows", "told"),
     [
-        ([], "no row"),
+        ([], "none"),
         ([(0.1, 0.2, 0.3, 0.4)], "(0.1, 0.2, 0.3, 0.4) of shape (4,) at place 0"),
         ([DHRow(), None], "None at place 1"),
         (3, "3"),

@@ -79,3 +79,5 @@ def test_a_fault_of_no_joint_is_refused():
         run_with(sr.Fault("j12"))
     with pytest.raises(sr.InputError, match="faults"):
         run_with("j3")
+    with pytest.raises(sr.InputError, match="faults: got 5"):
+        small_run(faults=5)
