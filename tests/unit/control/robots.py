@@ -1,6 +1,7 @@
 """Arms, poses and small questions that the controller's tests share."""
 
 import numpy as np
+import pytest
 
 import stillreach as sr
 from tests import refusals
@@ -8,6 +9,15 @@ from tests.unit.arm.odd_arms import placement, random_joints
 
 Q_PAPER = np.deg2rad([45.0, -60.0, 10.0, -45.0, 20.0, 45.0, 90.0, 45.0, -10.0, 30.0, 20.0])
 TWIST = np.array([0.05, -0.1, 0.02, 0.03, 0.1, -0.05])
+LAWS = [
+    sr.Pseudoinverse(),
+    sr.SingularityRobust(),
+    sr.SingularityRobust(damping="closed-form"),
+    sr.LeastError(),
+    sr.LeastError(price=None),
+    sr.KeepDirection(),
+]
+EVERY_LAW = pytest.mark.parametrize("law", LAWS, ids=repr)
 
 
 def paper():

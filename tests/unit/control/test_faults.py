@@ -5,17 +5,8 @@ import pytest
 
 import stillreach as sr
 from oracles.box import excess_error_bound
-from tests.unit.control.robots import Q_PAPER, TWIST, configuration, mixed, paper, refused
+from tests.unit.control.robots import EVERY_LAW, Q_PAPER, TWIST, configuration, mixed, paper, refused
 
-LAWS = [
-    sr.Pseudoinverse(),
-    sr.SingularityRobust(),
-    sr.SingularityRobust(damping="closed-form"),
-    sr.LeastError(),
-    sr.LeastError(price=None),
-    sr.KeepDirection(),
-]
-EVERY_LAW = pytest.mark.parametrize("law", LAWS, ids=repr)
 ARMS = {"paper": (paper, Q_PAPER), "mixed": (lambda: mixed(11), None)}
 
 

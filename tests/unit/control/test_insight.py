@@ -7,10 +7,7 @@ import pytest
 
 import stillreach as sr
 from stillreach.insight import check
-from tests.unit.control.robots import Q_PAPER, TWIST, configuration, mixed, paper
-
-LAWS = [sr.LeastError(), sr.KeepDirection(), sr.SingularityRobust(), sr.Pseudoinverse()]
-EVERY_LAW = pytest.mark.parametrize("law", LAWS, ids=repr)
+from tests.unit.control.robots import EVERY_LAW, Q_PAPER, TWIST, configuration, mixed, paper
 
 
 def left_null_space(j):

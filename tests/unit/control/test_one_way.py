@@ -4,16 +4,8 @@ import numpy as np
 import pytest
 
 import stillreach as sr
-from tests.unit.control.robots import TWIST, configuration, mixed, pushed, refused, slide
+from tests.unit.control.robots import LAWS, TWIST, configuration, mixed, pushed, refused, slide
 
-LAWS = [
-    sr.Pseudoinverse(),
-    sr.SingularityRobust(),
-    sr.SingularityRobust(damping="closed-form"),
-    sr.LeastError(),
-    sr.LeastError(price=None),
-    sr.KeepDirection(),
-]
 INSIDE = [law for law in LAWS if not isinstance(law, sr.Pseudoinverse)]
 PERIOD, ACCELERATION = 0.01, 2.0
 SIDES = pytest.mark.parametrize("side", [1, -1])
