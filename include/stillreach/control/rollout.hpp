@@ -15,7 +15,7 @@ struct Record {
 
 // Calls visit(array, name, count of a row) for each array of a record, in the order of page/src/core.js.
 template <class Visit>
-void each_array(Record& r, int n, Visit&& visit) {
+inline void each_array(Record& r, int n, Visit&& visit) {
   visit(r.q, "q", n);
   visit(r.measured, "measured", n);
   visit(r.rates, "rates", n);
