@@ -11,11 +11,10 @@
 
 STILLREACH_BEGIN
 
-constexpr int kSideTurns = 40;  // most times that joints at rest are turned to their other side
-constexpr int kSureSteps = 12;
-constexpr double kLongStep = 4.0;   // to so many times the damping
-constexpr int kCrossingSteps = 60;  // most dampings between one that is too small and one that will do
-constexpr double kSame = 1e-13;     // relative difference of two dampings that is rounding
+constexpr int kMostSolves = 100;  // factorisations, after which a damping on the safe side has to do
+constexpr int kSafeHalvings = 6;  // that bring it nearer to the least
+constexpr double kSame = 1e-13;   // relative difference of two dampings that is rounding
+constexpr double kJump = 1e-7;    // and how closely a jump is found
 constexpr double kMostDamping = 1e300;
 constexpr double kNoRoom = 1e-100;  // part of the largest bound that counts as none
 
@@ -25,7 +24,13 @@ struct Sides {
   Box box;
   Inner in;
   double reference;
+  bool capped;  // kMostSolves were not enough
 };
+
+inline bool may_go_on(Sides& t) {
+  t.capped |= t.box.iterations >= kMostSolves;
+  return !t.capped;
+}
 
 STILLREACH_INLINE bool has_room(const Sides& t, int i, bool up) {
   const double extent = up ? t.p.upper[i] : -t.p.lower[i];
@@ -81,10 +86,10 @@ inline void settle(Rows<0> m, const double* rhs, double kappa, Sides& t) {
   Box& b = t.box;
   const Workspace& w = t.w;
   b.kappa = kappa;
-  for (int turn = 0; turn < kSideTurns; ++turn) {
+  for (bool first = true;; first = false) {
     solve_box(m, rhs, b, t.in, false);
     if (b.doubtful && kappa == 0.0) settle_box(m, rhs, b, t.in);
-    bool moved = turn == 0, turned = false;
+    bool moved = first, turned = false;
     for (int j = 0; j < b.k; ++j) moved |= w.held[w.joint[j]] != 0 && b.state[j] == 0;
     for (int j = 0; j < b.k; ++j) {
       const int i = w.joint[j];
@@ -95,8 +100,10 @@ inline void settle(Rows<0> m, const double* rhs, double kappa, Sides& t) {
       turned = true;
     }
     if (!turned) return;
+    if (may_go_on(t)) continue;
+    for (int j = 0; j < b.k; ++j) w.held[w.joint[j]] = 0;
+    return;
   }
-  for (int j = 0; j < b.k; ++j) w.held[w.joint[j]] = 0;
 }
 
 // Norm of the rates relative to their bounds.
@@ -157,7 +164,7 @@ inline void decompose(Rows<0> m, const double* rhs, Sides& t, DampingSearch& d) 
 inline double crossing(Rows<0> m, NormKind norm, const double* rhs, double low, double above, double high, double below,
                        Sides& t) {
   int last = 0;
-  for (int step = 0; step < kCrossingSteps && high - low > 1e-15 * high; ++step) {
+  while (high - low > 1e-15 * high && may_go_on(t)) {
     double kappa = high - below * ((high - low) / (below - above));
     if (!(kappa > low && kappa < high)) kappa = 0.5 * (low + high);
     settle(m, rhs, kappa, t);
@@ -179,62 +186,73 @@ inline double crossing(Rows<0> m, NormKind norm, const double* rhs, double low, 
   return high;
 }
 
-// The first kappa that meets the limit, along steps that do not pass it while the sides stay; after kSureSteps of them
-// along longer ones. size: at kappa = 0.
-inline double exact_on_sides(Rows<0> m, NormKind norm, const double* rhs, double size, Sides& t, bool& capped) {
+// On whatever sides, a kappa that meets the limit, brought nearer to `low`, which does not.
+inline double safe_on_sides(Rows<0> m, NormKind norm, const double* rhs, double low, Sides& t) {
+  double most = 0.0, sum = 0.0;  // |u_i| <= limit_i |a_i| |rhs| / kappa
+  for (int j = 0; j < t.box.k; ++j) {
+    const double u = t.w.limit[j] * t.w.length[j];
+    most = larger(most, u);
+    sum = madd(u, u, sum);
+  }
+  double high = larger((norm == NormKind::EUCLIDEAN ? square_root(sum) : most) * size_of(m, rhs), low);
+  for (int half = 0; half < kSafeHalvings; ++half) {
+    const double kappa = square_root(larger(low, 1e-16 * high)) * square_root(high);
+    settle(m, rhs, kappa, t);
+    (relative_size(norm, t) <= 1.0 ? high : low) = kappa;
+  }
+  settle(m, rhs, high, t);
+  return high;
+}
+
+// The first kappa that meets the limit, along steps that do not pass it while the sides stay. size: at kappa = 0.
+inline double exact_on_sides(Rows<0> m, NormKind norm, const double* rhs, double size, Sides& t) {
   DampingSearch d;
   double kappa = 0.0;
-  bool changed = true;
-  for (int step = 0; step < kDampingSteps; ++step) {
+  for (bool changed = true; may_go_on(t);) {
     if (changed) decompose(m, rhs, t, d);
     if (norm == NormKind::MAXIMUM) gather_terms(d);
-    double next = kappa + (norm == NormKind::EUCLIDEAN ? step_2(d, kappa) : step_inf(d, kappa));
+    const double next = kappa + (norm == NormKind::EUCLIDEAN ? step_2(d, kappa) : step_inf(d, kappa));
     if (!(next > kappa)) return kappa;
-    const bool sure = step < kSureSteps;
-    if (!sure) next = larger(next, kLongStep * kappa);
     settle(m, rhs, next, t);
     changed = !same_sides(t);
     remember_sides(t);
     const double now = relative_size(norm, t);
-    if (now <= 1.0 + kLimitSlack)
-      return changed || !sure ? crossing(m, norm, rhs, kappa, size - 1.0, next, now - 1.0, t) : next;
+    if (now <= 1.0 + kLimitSlack) return changed ? crossing(m, norm, rhs, kappa, size - 1.0, next, now - 1.0, t) : next;
     kappa = next;
     size = now;
   }
-  capped = true;
-  return kappa;
+  return safe_on_sides(m, norm, rhs, kappa, t);
 }
 
 // The kappa of eq. (16) on its own answer's sides; where it jumps past itself, the least that it does not raise.
-inline double closed_form_on_sides(Rows<0> m, NormKind norm, const double* rhs, Sides& t, bool& capped) {
+inline double closed_form_on_sides(Rows<0> m, NormKind norm, const double* rhs, Sides& t) {
   DampingSearch d;
   double kappa = 0.0, low = 0.0, high = kMostDamping;
-  bool changed = true;
-  for (int step = 0; step < kDampingSteps; ++step) {
+  for (bool changed = true;;) {
     if (changed) decompose(m, rhs, t, d);
     const double own = closed_form_damping(d, norm);
     if (magnitude(own - kappa) <= kSame * kappa) return kappa;
     (own > kappa ? low : high) = kappa;
     const double next = own > low && own < high ? own : 0.5 * (low + high);
-    if (!(next > low && next < high && high - low > kSame * high)) break;
+    if (!(next > low && next < high && high - low > kJump * high) || !may_go_on(t)) break;
     kappa = next;
     settle(m, rhs, kappa, t);
     changed = !same_sides(t);
     remember_sides(t);
   }
-  capped = high - low > kSame * high;
+  if (high == kMostDamping) return safe_on_sides(m, norm, rhs, low, t);
   settle(m, rhs, high, t);
   return high;
 }
 
 // The kappa that the law asks for, and the answer for it in the box.
-inline double damping_on_sides(Rows<0> m, const LawSettings& law, const double* rhs, Sides& t, bool& capped) {
+inline double damping_on_sides(Rows<0> m, const LawSettings& law, const double* rhs, Sides& t) {
   settle(m, rhs, 0.0, t);
   remember_sides(t);
   const double size = relative_size(law.norm, t);
   if (size <= 1.0 + kLimitSlack) return 0.0;
-  return law.damping == DampingKind::EXACT ? exact_on_sides(m, law.norm, rhs, size, t, capped)
-                                           : closed_form_on_sides(m, law.norm, rhs, t, capped);
+  return law.damping == DampingKind::EXACT ? exact_on_sides(m, law.norm, rhs, size, t)
+                                           : closed_form_on_sides(m, law.norm, rhs, t);
 }
 
 // From a first answer in w.z, whose joints do not all move to the sides that it was asked on, to the one that agrees
@@ -244,11 +262,10 @@ inline STILLREACH_NOINLINE void settle_sides(Rows<0> m, const LawSettings& law, 
   double rhs[kStride];
   Problem plain = p;
   plain.reference = nullptr;
-  Sides t{p, w, make_box(m, law, plain, s, out.rates, w, rhs), {}, reference_extent(p)};
+  Sides t{p, w, make_box(m, law, plain, s, out.rates, w, rhs), {}, reference_extent(p), false};
   Box& b = t.box;
   measure_columns(m, s, w);
   choose_sides(t);
-  bool capped = false;
   double kappa = law.damping == DampingKind::NUMBER ? law.kappa / s.unit_a / s.unit_a : 0.0;
   if (!(kappa > 0.0)) {
     (void)solve_unbounded(m, rhs, b, t.in);
@@ -258,13 +275,13 @@ inline STILLREACH_NOINLINE void settle_sides(Rows<0> m, const LawSettings& law, 
   if (law.damping == DampingKind::NUMBER)
     settle(m, rhs, kappa, t);
   else
-    kappa = damping_on_sides(m, law, rhs, t, capped);
+    kappa = damping_on_sides(m, law, rhs, t);
   for (int j = 0; j < s.k; ++j) {
     const int i = w.joint[j];
     w.held[i] = b.state[j] != 0;
     out.rates[i] = w.held[i] ? clamp(0.0, p.lower[i], p.upper[i]) : w.scale[j] * b.z[j];
   }
-  out.status = capped ? ITERATION_LIMIT : OK;
+  out.status = t.capped ? ITERATION_LIMIT : OK;
   out.damping = law.damping == DampingKind::NUMBER ? law.kappa : kappa * s.unit_a * s.unit_a;
   out.iterations += b.iterations;
   find_working_joints(p, w.held, w, s.k, out.rates);
