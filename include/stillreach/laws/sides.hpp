@@ -14,7 +14,6 @@ STILLREACH_BEGIN
 constexpr int kMostSolves = 100;  // factorisations, after which a damping on the safe side has to do
 constexpr int kSafeHalvings = 6;  // that bring it nearer to the least
 constexpr double kSame = 1e-13;   // relative difference of two dampings that is rounding
-constexpr double kJump = 1e-7;    // and how closely a jump is found
 constexpr double kMostDamping = 1e300;
 constexpr double kNoRoom = 1e-100;  // part of the largest bound that counts as none
 
@@ -224,23 +223,24 @@ inline double exact_on_sides(Rows<0> m, NormKind norm, const double* rhs, double
   return safe_on_sides(m, norm, rhs, kappa, t);
 }
 
-// The kappa of eq. (16) on its own answer's sides; where it jumps past itself, the least that it does not raise.
+// The kappa of eq. (16) on its own answer's sides; where it jumps past itself, one that it does not raise.
 inline double closed_form_on_sides(Rows<0> m, NormKind norm, const double* rhs, Sides& t) {
   DampingSearch d;
-  double kappa = 0.0, low = 0.0, high = kMostDamping;
-  for (bool changed = true;;) {
+  double kappa = 0.0, high = kMostDamping;
+  for (bool changed = true; may_go_on(t);) {
     if (changed) decompose(m, rhs, t, d);
     const double own = closed_form_damping(d, norm);
     if (magnitude(own - kappa) <= kSame * kappa) return kappa;
-    (own > kappa ? low : high) = kappa;
-    const double next = own > low && own < high ? own : 0.5 * (low + high);
-    if (!(next > low && next < high && high - low > kJump * high) || !may_go_on(t)) break;
-    kappa = next;
+    if (own < kappa)
+      high = kappa;
+    else if (high < kMostDamping)
+      break;
+    kappa = own;
     settle(m, rhs, kappa, t);
     changed = !same_sides(t);
     remember_sides(t);
   }
-  if (high == kMostDamping) return safe_on_sides(m, norm, rhs, low, t);
+  if (!(high < kMostDamping)) return safe_on_sides(m, norm, rhs, kappa, t);
   settle(m, rhs, high, t);
   return high;
 }

@@ -79,12 +79,11 @@ def test_closed_form_is_eq_16_on_the_sides_of_its_own_answer(norm, sided, ask, t
             tally["equal singular values"] += 1
         elif abs(out.damping / own - 1) < 1e-6:
             tally["eq. (16)"] += 1
-        else:  # a joint changes sides there, and what eq. (16) asks for jumps from above this kappa to below
-            tally["it jumps"] += 1
-            before, after = (oracle.closed_form(oracle.moves(out.damping * f), norm) for f in (1 - 1e-6, 1 + 1e-6))
-            tally.holds(after < out.damping < before * (1 + 1e-6), case, after, out.damping, before)
+        else:  # a joint changes sides, and what eq. (16) asks for jumps past the damping
+            tally["not raised"] += 1
+            tally.holds(own < out.damping, case, own, out.damping)
     tally.settle()
-    assert tally["eq. (16)"] > 300
+    assert tally["not raised"] < 0.05 * tally["eq. (16)"]
 
 
 def test_a_joint_that_was_pushed_against_its_bound_comes_back():
