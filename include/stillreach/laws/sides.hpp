@@ -194,6 +194,7 @@ inline double safe_on_sides(Rows<0> m, NormKind norm, const double* rhs, double 
     sum = madd(u, u, sum);
   }
   double high = larger((norm == NormKind::EUCLIDEAN ? square_root(sum) : most) * size_of(m, rhs), low);
+  if (!(high < kMostDamping)) high = kMostDamping;
   for (int half = 0; half < kSafeHalvings; ++half) {
     const double kappa = square_root(larger(low, 1e-16 * high)) * square_root(high);
     settle(m, rhs, kappa, t);
@@ -230,6 +231,7 @@ inline double closed_form_on_sides(Rows<0> m, NormKind norm, const double* rhs, 
   for (bool changed = true; may_go_on(t);) {
     if (changed) decompose(m, rhs, t, d);
     const double own = closed_form_damping(d, norm);
+    if (!(own < kMostDamping)) break;
     if (magnitude(own - kappa) <= kSame * kappa) return kappa;
     if (own < kappa)
       high = kappa;
