@@ -12,10 +12,11 @@ template <int M>
 struct CarefulPiece {
   Rows<M> m;
   double basis[kRows][kRows] = {}, lambda[kRows] = {};
-  double lower[kRows][kRows], pivot[kRows];
+  double share[kParts][kRows][kRows] = {};     // of kappa_g in the matrix
+  double lower[kRows][kRows], inverse[kRows];  // factors, and the inverse pivots
   int order[kRows];
 
-  inline CarefulPiece(Rows<M> rows, const Spectrum& s) : m(rows) {
+  inline CarefulPiece(Rows<M> rows, const Spectrum& s, const Priced& d) : m(rows) {
     int count = 0;
     for (; count < s.rank; ++count) {
       lambda[count] = s.sigma[count] * s.sigma[count];
@@ -30,6 +31,12 @@ struct CarefulPiece {
       for (int r = 0; r < m(); ++r) v[r] /= length;
       lambda[count++] = 0.0;
     }
+    for (int r = 0; r < m(); ++r)
+      for (int i = 0; i < m(); ++i)
+        for (int j = 0; j <= i; ++j) {
+          double& sum = share[d.part[r]][i][j];
+          sum = madd(basis[i][r], basis[j][r], sum);
+        }
   }
 
   inline void refactor(const Priced& d) {
@@ -37,7 +44,7 @@ struct CarefulPiece {
     for (int i = 0; i < m(); ++i)
       for (int j = 0; j <= i; ++j) {
         double sum = i == j ? lambda[i] : 0.0;
-        for (int r = 0; r < m(); ++r) sum = madd(d.kappa[d.part[r]] * basis[i][r], basis[j][r], sum);
+        for (int g = 0; g < d.parts; ++g) sum = madd(d.kappa[g], share[g][i][j], sum);
         matrix[i][j] = matrix[j][i] = sum;
       }
     for (int j = 0; j < m(); ++j) {
@@ -47,15 +54,15 @@ struct CarefulPiece {
     }
     for (int j = 0; j < m(); ++j) {
       const int at = order[j];
-      double sum = matrix[at][at];
-      for (int k = 0; k < j; ++k) {
-        double entry = matrix[at][order[k]];
-        for (int i = 0; i < k; ++i) entry = madd(-lower[j][i] * pivot[i], lower[k][i], entry);
-        lower[j][k] = entry / pivot[k];
-        sum = madd(-lower[j][k] * lower[j][k], pivot[k], sum);
+      double sum = matrix[at][at], row[kRows];
+      for (int k = 0; k < j; ++k) {  // row: the entries of L, each times its pivot
+        row[k] = matrix[at][order[k]];
+        for (int i = 0; i < k; ++i) row[k] = madd(-row[i], lower[k][i], row[k]);
+        lower[j][k] = row[k] * inverse[k];
+        sum = madd(-lower[j][k], row[k], sum);
       }
-      pivot[j] = larger(sum, 1e-16 * matrix[at][at]);
-      if (!(pivot[j] > 0.0)) pivot[j] = 1.0;
+      const double pivot = larger(sum, 1e-16 * matrix[at][at]);
+      inverse[j] = pivot > 0.0 ? 1.0 / pivot : 1.0;
     }
   }
   // In the basis; x and y may be the same.
@@ -68,7 +75,7 @@ struct CarefulPiece {
   inline void solve_ordered(double* z) const {
     for (int j = 0; j < m(); ++j)
       for (int k = 0; k < j; ++k) z[j] = madd(-lower[j][k], z[k], z[j]);
-    for (int j = 0; j < m(); ++j) z[j] /= pivot[j];
+    for (int j = 0; j < m(); ++j) z[j] *= inverse[j];
     for (int j = m() - 1; j >= 0; --j)
       for (int k = j + 1; k < m(); ++k) z[j] = madd(-lower[k][j], z[k], z[j]);
   }

@@ -70,6 +70,12 @@ inline void piece_target(Rows<M> m, const double* rhs, const double* columns, in
         for (int r = 0; r < m(); ++r) c[r] = madd(-b.columns[i * kStride + r], b.z[i], c[r]);
 }
 
+// Variables that are fixed in the piece are at their bounds, where A'u is inside by no more than rounding too.
+inline void hold_fixed(Box& b) {
+  for (int i = 0; i < b.k; ++i)
+    if (b.state[i] != 0) b.z[i] = b.state[i] > 0 ? b.upper[i] : b.lower[i];
+}
+
 // The best multiplier so far: the primal objective of its rates is above the dual's by `gap`, which proves how good
 // they are.
 struct Best {
@@ -92,6 +98,41 @@ inline void remember(Rows<M> m, const Priced& d, Best& best) {
   for (int g = 0; g < d.parts; ++g) best.kappa[g] = d.kappa[g];
 }
 
+// Whether the error of part g is more than rounding.
+STILLREACH_INLINE bool gives_way(const Priced& d, int g) { return d.kappa[g] * d.most[g] > kRestRounding * d.rounding; }
+
+// The piece's maxima are `next` and all that no free column and no damped part sees a difference to. Takes the one
+// nearest to the present multiplier, which is likeliest to be on the piece.
+template <int M>
+inline void keep_unseen(Rows<M> m, const Spectrum& s, const Priced& d, double* next) {
+  double seen[kRows][kRows], way[kRows];
+  bool damped[kParts];
+  int count = 0;
+  for (int g = 0; g < d.parts; ++g) damped[g] = gives_way(d, g);
+  for (int r = 0; r < m(); ++r) way[r] = damped[d.part[r]] ? 0.0 : d.u[r] - next[r];
+  for (int j = 0; j < s.rank; ++j) {
+    double* v = seen[count];
+    for (int r = 0; r < m(); ++r) v[r] = damped[d.part[r]] ? 0.0 : s.left[j][r];
+    make_orthogonal(m, seen, count, v);
+    const double length = size_of(m, v);
+    if (!(length > 1e-12)) continue;
+    for (int r = 0; r < m(); ++r) v[r] /= length;
+    ++count;
+  }
+  make_orthogonal(m, seen, count, way);
+  double square[kParts], along[kParts] = {}, turn[kParts], far = 1.0;
+  part_squares(m, d, next, square);
+  part_squares(m, d, way, turn);
+  for (int r = 0; r < m(); ++r) along[d.part[r]] = madd(next[r], way[r], along[d.part[r]]);
+  for (int g = 0; g < d.parts; ++g) {
+    const double room = larger(d.most[g] * d.most[g] - square[g], 0.0);
+    if (damped[g] || !(turn[g] > 0.0)) continue;
+    const double root = square_root(madd(along[g], along[g], turn[g] * room));
+    far = smaller(far, along[g] > 0.0 ? room / (root + along[g]) : (root - along[g]) / turn[g]);
+  }
+  for (int r = 0; r < m(); ++r) next[r] = madd(far, way[r], next[r]);
+}
+
 // One step with singular values. True where its maximum is on the same piece, and the answer.
 template <int M>
 inline STILLREACH_NOINLINE bool careful_step(Rows<M> m, const double* rhs, Box& b, Workspace& w, Priced& d) {
@@ -99,6 +140,7 @@ inline STILLREACH_NOINLINE bool careful_step(Rows<M> m, const double* rhs, Box& 
   const int* index;
   const int free = free_columns(b, columns, index);
   double c[kStride], next[kStride] = {0, 0, 0, 0, 0, 0, 0, 0};
+  if (!b.weight) hold_fixed(b);
   piece_target(m, rhs, columns, free, b, d, c);
   double most = 0.0;
   for (int i = 0; i < b.k; ++i)
@@ -116,13 +158,17 @@ inline STILLREACH_NOINLINE bool careful_step(Rows<M> m, const double* rhs, Box& 
     solve_secular(m, s, c, rest, outside, d.most[0], d.kappa[0], next);
     ++b.iterations;
   } else {
-    CarefulPiece<M> piece(m, s);
+    CarefulPiece<M> piece(m, s, d);
     b.iterations += Interior<M>(m, piece, d).solve(c, next);
   }
+  keep_unseen(m, s, d, next);
   afford(m, d, next);
   if (climb(m, rhs, next, true, b, w, d) == Climb::PARTLY) return false;
   const bool same = !classify(b, w, d.slack);
-  if (same && !b.weight) careful_rates(m, s, c, d, next, free, b);
+  if (same && !b.weight) {
+    hold_fixed(b);
+    careful_rates(m, s, c, d, next, free, b);
+  }
   if (same && d.parts == 1) return true;
   if (same) residual_of(b.columns, nullptr, b.k, rhs, b.z, d.residual);
   measure_rounding(m, b, d);
@@ -163,7 +209,7 @@ inline double error_slope(Rows<M> m, int g, Box& b, const Priced& d) {
   double system[kParts][kParts + 1], x[kParts], own[kRows], w[kRows];
   int damped[kParts], count = 0, at = 0;
   for (int p = 0; p < d.parts; ++p)
-    if (d.kappa[p] > 0.0) {
+    if (gives_way(d, p)) {
       at = p == g ? count : at;
       damped[count++] = p;
     }
@@ -207,6 +253,8 @@ inline void search_price(Rows<M> m, const double* rhs, bool known, const double*
       if ((best.gap <= best.enough && d.rejected != 1) || d.rejected > 3) break;
     }
     if (careful || 2 * step > most) {
+      remember(m, d, best);
+      if (best.gap <= best.enough) break;  // proven without
       if (careful_step(m, rhs, b, w, d)) return;
       careful = known = settled = false;
       continue;

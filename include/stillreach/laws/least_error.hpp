@@ -250,35 +250,67 @@ inline double damping_that_counts(Rows<M> m, const double* rhs, const Box& b, co
   return kappa;
 }
 
+// The search from d.u, and from 0 where that does not settle.
+template <int M>
+inline void search_from(Rows<M> m, const double* rhs, bool known, const double* first, Box& b, Workspace& w,
+                        Priced& d) {
+  const bool elsewhere = first || size_of(m, d.u) > 0.0;
+  search_price(m, rhs, known, first, b, w, d);
+  if (!b.capped || !elsewhere) return;
+  for (int r = 0; r < kStride; ++r) d.u[r] = 0.0;
+  for (int g = 0; g < d.parts; ++g) d.kappa[g] = 0.0;
+  search_price(m, rhs, false, nullptr, b, w, d);
+}
+
 // law.ceiling times the typical rate, in the units of the scaled right-hand side.
 inline double ceiling_of(const LawSettings& law, const System& s, double most) {
   return law.ceiling * (most / law.price[law.capped]) / (s.unit_a * s.unit_a);
 }
 
 // An error of the capped part beyond its ceiling: its price rises until the ceiling holds, at most to `high`. The error
-// falls as the price rises, and is continuous in it: Newton's method in a bracket. The search has been made with the
-// present price.
+// falls as the price rises, and is continuous in it: Newton's method in a bracket, which is divided where steps do not
+// get smaller, and regula falsi (Illinois) where the slope is not known. The search has been made with the present
+// price.
 template <int M>
 inline void keep_ceiling(Rows<M> m, const LawSettings& law, const double* rhs, double ceiling, double low, double high,
                          Box& b, Workspace& w, Priced& d) {
   const int g = law.capped;
-  double below = 0.0, above = infinity();  // prices that are too low, and too high
-  for (int step = 0; step < kCeilingSteps && !b.capped; ++step) {
+  double below = 0.0, above = infinity();  // prices that are too low, and too high,
+  double over = 0.0, under = 0.0;          // by so much of an error
+  double last = infinity();                // step of the price
+  int side = 0;
+  for (int step = 0; !b.capped; ++step) {
     double e[kStride], own[kRows];
     residual_of(b.columns, nullptr, b.k, rhs, b.z, e);
     only_part(m, d, g, e, own);
     const double price = d.most[g], excess = size_of(m, own) - ceiling;
     if (magnitude(excess) <= kCeilingTolerance * ceiling || (excess > 0.0 ? price >= high : price <= low)) return;
-    (excess > 0.0 ? below : above) = price;
-    const double slope = d.kappa[g] > 0.0 ? error_slope(m, g, b, d) : 0.0;
-    double next = slope < 0.0 ? price - excess / slope : excess > 0.0 ? high : low;
+    b.capped = step == kCeilingSteps;
+    if (excess > 0.0) {
+      under *= side > 0 ? 0.5 : 1.0;
+      below = price;
+      over = excess;
+      side = 1;
+    } else {
+      over *= side < 0 ? 0.5 : 1.0;
+      above = price;
+      under = excess;
+      side = -1;
+    }
+    const bool between = below > 0.0 && above < infinity();
+    const double slope = excess > -0.5 * ceiling && gives_way(d, g) ? error_slope(m, g, b, d) : 0.0;
+    double next = slope < 0.0    ? price - excess / slope
+                  : between      ? above - under * ((above - below) / (under - over))
+                  : excess > 0.0 ? high
+                                 : low;
     next = clamp(next, low, high);
-    if (!(next > below && next < above))
+    if (!(next > below && next < above) || (slope < 0.0 && between && magnitude(next - price) > 0.5 * last))
       next = below > 0.0 ? square_root(below) * square_root(smaller(above, high)) : low;
-    if (next == price) return;
+    if (b.capped || next == price) return;
+    last = magnitude(next - price);
     d.most[g] = next;
     afford(m, d, d.u);
-    search_price(m, rhs, magnitude(next - price) < 0.1 * price, nullptr, b, w, d);
+    search_from(m, rhs, magnitude(next - price) < 0.1 * price, nullptr, b, w, d);
   }
 }
 
@@ -335,8 +367,8 @@ inline void least_error(Rows<M> m, const LawSettings& law, const Problem& p, Wor
     if (law.capped < 0 && search_one_price(m, rhs, in, known, b, d)) {
       kappa = d.kappa[0];
     } else {
-      search_price(m, rhs, known, !known && in.way == InnerWay::WIDE && affordable(m, d, in.dual) ? in.dual : nullptr,
-                   b, w, d);
+      search_from(m, rhs, known, !known && in.way == InnerWay::WIDE && affordable(m, d, in.dual) ? in.dual : nullptr, b,
+                  w, d);
       if (law.capped >= 0)
         keep_ceiling(m, law, rhs, ceiling_of(law, s, own), own, own * (law.beyond / law.price[law.capped]), b, w, d);
       kappa = damping_that_counts(m, rhs, b, d);

@@ -163,6 +163,23 @@ def test_position_first_buys_attitude_up_to_its_ceiling():
     assert min(seen.values()) > 5, seen
 
 
+@pytest.mark.parametrize("seed", [14, 15, 17])
+def test_the_price_of_attitude_is_raised_no_further_than_its_ceiling_asks(seed):
+    raised = 0
+    for case in price_cases(600, seed, hostile=True):
+        out = answer(sr.LeastError(price="position-first"), case, length=1.0)
+        b = typical_rate(case.lower, case.upper)
+        price, error = np.linalg.norm(out.multiplier[3:]), np.linalg.norm(out.residual[3:])
+        if price <= POSITION_FIRST["orientation"] * b * (1.0 + 1e-9):
+            continue
+        raised += 1
+        if price < BEYOND * b * (1.0 - 1e-9):
+            assert error == pytest.approx(CEILING * b, rel=1e-9), case.label
+        else:
+            assert error >= CEILING * b * (1.0 - 1e-9), case.label
+    assert raised > 100
+
+
 def test_position_first_from_the_price_of_the_last_tick_is_the_same_answer():
     arm, law = sr.arms.nasa_modular(), sr.LeastError(price="position-first")
     limit, rng, seen = np.deg2rad(50.0), np.random.default_rng(17), {"below": 0, "at": 0, "beyond": 0}
