@@ -18,7 +18,7 @@ from stillreach.cli._app import app
 from stillreach.cli._complete import complete_law
 from stillreach.cli._faults import parse_fault
 from stillreach.cli._laws import parse_law
-from stillreach.faults import FAULTS, FaultKind
+from stillreach.faults import FAULTS, FaultKind, Loses
 from stillreach.laws import LAWS, Law
 from stillreach.null_motions import NULL_MOTIONS, NullMotion
 from stillreach.plants import PLANTS, Plant
@@ -172,6 +172,21 @@ def test_the_command_line_knows_every_fault_and_it_has_a_sentence(kind):
     assert kind is FAULTS[0] or f":{kind.word}{'=' * bool(values)}" in page
     sentences = {fault.kind.sentence(slides=slides) for slides in (False, True)}
     assert all(text and kind.__name__ not in text for text in sentences)
+
+
+@pytest.mark.parametrize("kind", FAULTS, ids=lambda kind: kind.word)
+@pytest.mark.parametrize("rate", [-0.8, 0.8])
+def test_what_a_fault_leaves_of_rates_and_positions_is_what_the_core_leaves(kind, rate):
+    given = settings(kind) | {"confined": {"lower": -1.0, "upper": 2.0}}.get(kind.word, {})
+    fault, spin = kind(**given), [0.0, 0.0, 0.0, 0.0, 0.0, rate]
+    motion, task = sr.ConstantTwist(spin, duration=20.0), sr.Task(rows=[False] * 5 + [True])
+    one = sr.arms.planar(1).with_limits(velocity=[1.0])
+    faults = [sr.Fault(0, kind=fault)]
+    run = sr.simulate(sr.Scenario(arm=one, start=[0.0], motion=motion, task=task, faults=faults), progress=False)
+    told = fault.driven(rate, 1.0)
+    assert run.rates[0, 0] == pytest.approx(told, abs=1e-12)
+    wanted = rate if kind.loses in (Loses.RANGE, Loses.SIDE) else told
+    assert run.q[-1, 0] == pytest.approx(np.clip(20.0 * wanted, *fault.positions(0.0)), abs=1e-6)
 
 
 def test_every_member_of_the_core_has_one_class_and_every_health_a_colour():
