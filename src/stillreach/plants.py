@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
 __all__ = ["KinematicPlant", "MujocoPlant", "Plant"]
 
-MOST_DEAD_TICKS = 10_000
-
 
 class Moving(Protocol):
     """An arm in motion, as a simulation reads and moves it from tick to tick."""
