@@ -28,7 +28,9 @@ from stillreach.simulation.motion import MOTIONS
 from stillreach.simulation.scenario_file.tables import SCENARIO, TASK, WEIGHTS
 from tests.fuzzing.toml import written
 
-DOCS = Path(__file__).parents[2] / "docs"
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+FAULTS_OF_ROS = "ros2/kinematics_interface_stillreach/src/faults.cpp"
 SETS = {"law": LAWS, "faults": FAULTS, "null_motion": NULL_MOTIONS, "motion": MOTIONS, "plant": PLANTS}
 ALL = list(chain.from_iterable(SETS.values()))
 IN_FILES = [kind for kind in ALL if kind.in_files]
@@ -194,6 +196,18 @@ def test_every_member_of_the_core_has_one_class_and_every_health_a_colour():
     assert {law.kind for law in LAWS} == set(LawKind)
     assert {kind.kind for kind in NULL_MOTIONS} == set(NullMotionKind) - {NullMotionKind.NONE}
     assert len(set(HEALTH_COLOURS.values())) == len(FAULTS)
+
+
+@pytest.mark.parametrize(("name", "entry"), [("STATE_SIGN", r'"."'), ("HEALTH_COLOURS", r'"#\w{6}"')])
+def test_the_live_page_has_a_sign_and_a_colour_for_every_health(name, entry):
+    (text,) = re.findall(rf"^const {name} = \[(.*)\];", (ROOT / "page/src/viewer.js").read_text("utf-8"), re.M)
+    assert len(set(re.findall(entry, text))) >= len(sr.Health)
+
+
+@pytest.mark.parametrize("kind", FAULTS, ids=lambda kind: kind.word)
+@pytest.mark.parametrize("file", ["include/stillreach/stillreach.hpp", FAULTS_OF_ROS])
+def test_programs_in_c_plus_plus_and_ros_can_name_every_fault(kind, file):
+    assert f"Health::{kind.health.name}" in (ROOT / file).read_text("utf-8")
 
 
 def test_every_reader_of_robot_files_is_a_format():
