@@ -46,8 +46,7 @@ class FaultKind(Kind):
         return -INF, INF
 
     def __post_init__(self) -> None:
-        for name, own in self.keys().items():
-            object.__setattr__(self, name, own.form.checked(name, getattr(self, name)))
+        self.check_numbers()
 
     @property
     def numbers(self) -> tuple[float, float]:
