@@ -27,7 +27,8 @@ LEAST_PRICE = 8.0
 
 
 def test_every_law_is_in_the_registry():
-    assert {type(contract.make()) for contract in LAWS.values()} == set(ALL_LAWS)
+    promised = {(type(contract.make()), contract.bounded) for contract in LAWS.values()}
+    assert promised == {(law, law.keeps_bounds) for law in ALL_LAWS}
 
 
 @pytest.fixture

@@ -31,6 +31,8 @@ class Law(Kind):
 
     kind: ClassVar[_core.LawKind]
     """The kind in the core."""
+    keeps_bounds: ClassVar[bool] = True
+    """Whether its rates are inside the bounds."""
     semidefinite: ClassVar[bool] = False
     """Whether weights may be only positive semidefinite."""
 

@@ -328,11 +328,13 @@ def _case(
     tick = course.ticks
     if not (worst[0] <= found.limits[0] and worst[1] <= found.limits[1]):
         tick = first + int(np.argmax(~((distance <= found.limits[0]) & (angle <= found.limits[1]))))
-    outside, joint = _outside(worker.record, first)
-    if 0 <= outside < tick:
-        found.failed_time[place] = outside * scenario.period
-        found.cause[place], found.limited_by[place] = Cause.LIMITS, joint
-        return None
+    assert scenario.law is not None
+    if not scenario.law.keeps_bounds:
+        outside, joint = _outside(worker.record, first)
+        if 0 <= outside < tick:
+            found.failed_time[place] = outside * scenario.period
+            found.cause[place], found.limited_by[place] = Cause.LIMITS, joint
+            return None
     if tick == course.ticks:
         found.cause[place] = Cause.SURVIVES
         return None
