@@ -12,7 +12,7 @@ const AFTER = 1; // [s] that a task goes on after its end before it is paused
 const HELD = 4000; // [ms] for which a message stays
 const EVERY = 6; // frames between two plots
 const TOLD = 100; // [ms] between two texts
-const STATE_SIGN = ["●", "■", "◐", "▲", "◇", "▶", "○"]; // by health: shape as well as colour
+const STATE_SIGN = ["●", "■", "◐", "▲", "◇", "▶", "○", "✚"]; // by health, one to spare: shape as well as colour
 const SPEEDS = "half axes of the ellipsoid of the tool's speeds, for joint rates of norm 1 in units of their limits";
 const WHOLE = { health: 0, first: 0, second: 0 };
 
@@ -20,7 +20,7 @@ const THEMES = {
   light: { paper: "#f7f9fb", ink: "#1d2430", soft: "#5b6675", grid: "#d5dbe2", link: "#c9d1da", ghost: "#7f93ab", joint: "#66788c", target: "#2f74c0", actual: "#c8501e", bad: "#b3261e" },
   dark: { paper: "#12161c", ink: "#e6eaf0", soft: "#9aa6b5", grid: "#2a323d", link: "#aab5c2", ghost: "#8fa6c2", joint: "#71839a", target: "#5aa0ea", actual: "#f0863c", bad: "#ff7b6e" },
 };
-const HEALTH_COLOURS = ["#66788c", "#d0342c", "#e09a2a", "#b455b8", "#b58a4a", "#d9689c", "#6f62c4"];
+const HEALTH_COLOURS = ["#66788c", "#d0342c", "#e09a2a", "#b455b8", "#b58a4a", "#d9689c", "#6f62c4", "#7d7d3a"];
 const LINE_COLOURS = ["#2f74c0", "#c8501e", "#2f8d4f", "#9a4f9f", "#a3891f", "#4aa3a8", "#d0342c", "#7a6bc0"];
 
 export class Viewer {

@@ -146,6 +146,10 @@ class Integer(Form):
         """As it is."""
         return value if self.least <= value <= self.most else reading.wrong(place, shown(value), self.expected)
 
+    def checked(self, name: str, value: Any) -> int:
+        """At least the smallest one; the largest only guards files."""
+        return _door.count(name, value, minimum=self.least)
+
     def schema(self, tables: Schema) -> Schema:
         """With its range."""
         return {"type": "integer", "minimum": self.least, "maximum": self.most}

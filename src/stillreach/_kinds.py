@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields, replace
 from functools import cache
 from typing import Any, ClassVar, Self, TypeVar
 
-from stillreach._forms import Form, Schema
+from stillreach._forms import Form, Integer, Number, Schema
 from stillreach._reading import Reading
 
 REQUIRED: Any = inspect.Parameter.empty
@@ -77,6 +77,12 @@ class Kind:
         """Its settings in a file, by name."""
         own: Any = cls
         return keys_of(own)
+
+    def check_numbers(self) -> None:
+        """Raises InputError for a setting that is not a number of its form."""
+        for name, own in self.keys().items():
+            if isinstance(own.form, Number | Integer):
+                object.__setattr__(self, name, own.form.checked(name, getattr(self, name)))
 
     @classmethod
     def read(cls, values: dict[str, Any], reading: Reading) -> Self:

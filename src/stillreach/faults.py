@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from enum import Enum, auto
 from typing import Any, ClassVar
 
 from stillreach import _door
@@ -19,22 +20,33 @@ __all__ = ["Confined", "Derated", "Fault", "FreeSwinging", "Locked", "OneWay", "
 MOMENT = Number("s", least=0.0)
 
 
+class Loses(Enum):
+    """What a fault takes from a joint; CHOICE: one rate is left."""
+
+    CHOICE = auto()
+    SPEED = auto()
+    RANGE = auto()
+    SIDE = auto()
+
+
 class FaultKind(Kind):
     """Base of the kinds of faults."""
 
     health: ClassVar[Health]
     """The joint's state under this fault."""
-    leaves_choice: ClassVar[bool] = True
-    """Whether the joint can still have more than one rate."""
+    loses: ClassVar[Loses]
+    """What the joint loses."""
 
-    @property
-    def share(self) -> float:
-        """The remaining fraction of the joint's velocity limits, 0 to 1."""
-        return 1.0
+    def driven(self, rate: float, limit: float) -> float:
+        """The joint's rate when it is told one, with this velocity limit [rad/s, m/s], inside its range."""
+        return 0.0 if self.loses is Loses.CHOICE else rate
+
+    def positions(self, q: float) -> tuple[float, float]:
+        """The ends [rad, m] of the range that a joint at q keeps, its position limits aside."""
+        return -INF, INF
 
     def __post_init__(self) -> None:
-        for name, own in self.keys().items():
-            object.__setattr__(self, name, own.form.checked(name, getattr(self, name)))
+        self.check_numbers()
 
     @property
     def numbers(self) -> tuple[float, float]:
@@ -53,7 +65,7 @@ class Locked(FaultKind):
 
     word = "locked"
     health = Health.LOCKED
-    leaves_choice = False
+    loses = Loses.CHOICE
 
 
 @dataclass(frozen=True)
@@ -66,13 +78,14 @@ class Derated(FaultKind):
 
     word = "derated"
     health = Health.DERATED
+    loses = Loses.SPEED
 
     fraction: float = field(metadata=key(Number(least=0.0, most=1.0), "Remaining share of the velocity limits, 0 to 1"))
 
-    @property
-    def share(self) -> float:
-        """The fraction."""
-        return self.fraction
+    def driven(self, rate: float, limit: float) -> float:
+        """At most the fraction of the limit."""
+        most = self.fraction * limit if self.fraction else 0.0
+        return min(max(rate, -most), most)
 
     def sentence(self, *, slides: bool) -> str:
         """``derated to 20 %``."""
@@ -89,9 +102,13 @@ class Runaway(FaultKind):
 
     word = "runaway"
     health = Health.RUNAWAY
-    leaves_choice = False
+    loses = Loses.CHOICE
 
     rate: float = field(metadata=key(Number("joint/s"), "The rate"))
+
+    def driven(self, rate: float, limit: float) -> float:
+        """The fault's rate."""
+        return self.rate
 
     def sentence(self, *, slides: bool) -> str:
         """``runs away, 3 deg/s``."""
@@ -112,6 +129,7 @@ class Confined(FaultKind):
 
     word = "confined"
     health = Health.CONFINED
+    loses = Loses.RANGE
 
     lower: float = field(metadata=key(Number("joint", least=-INF, most=INF), "The lower end of its range"))
     upper: float = field(metadata=key(Number("joint", least=-INF, most=INF), "The upper end of its range"))
@@ -121,6 +139,10 @@ class Confined(FaultKind):
         if self.lower > self.upper or self.lower == INF or self.upper == -INF:
             got = f"{self.lower:g} with upper {self.upper:g}"
             raise InputError("lower", got, "lower <= upper, with room for a position")
+
+    def positions(self, q: float) -> tuple[float, float]:
+        """The reduced range."""
+        return self.lower, self.upper
 
     def sentence(self, *, slides: bool) -> str:
         """``confined to -30 deg … 45 deg``."""
@@ -137,8 +159,17 @@ class OneWay(FaultKind):
 
     word = "one-way"
     health = Health.ONE_WAY
+    loses = Loses.SIDE
 
     direction: float = field(metadata=key(Sign(), "1: rates of at least 0; -1: at most 0"))
+
+    def driven(self, rate: float, limit: float) -> float:
+        """Nothing against the direction."""
+        return max(rate, 0.0) if self.direction > 0.0 else min(rate, 0.0)
+
+    def positions(self, q: float) -> tuple[float, float]:
+        """From where it stands on."""
+        return (q, INF) if self.direction > 0.0 else (-INF, q)
 
     def sentence(self, *, slides: bool) -> str:
         """``moves one way, +``."""
@@ -155,7 +186,7 @@ class FreeSwinging(FaultKind):
 
     word = "free-swinging"
     health = Health.FREE_SWINGING
-    leaves_choice = False
+    loses = Loses.CHOICE
 
     def sentence(self, *, slides: bool) -> str:
         """``swings freely``."""
@@ -169,6 +200,11 @@ def _shown(value: float, slides: bool) -> str:
 
 FAULTS: tuple[type[FaultKind], ...] = (Locked, Derated, Runaway, Confined, OneWay, FreeSwinging)
 """Every kind of fault."""
+
+
+def losing(loss: Loses) -> list[int]:
+    """The states (``health``) of joints that lose it."""
+    return [int(kind.health) for kind in FAULTS if kind.loses is loss]
 
 
 def fault_kind(name: str, value: Any) -> FaultKind:

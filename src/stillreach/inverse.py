@@ -18,10 +18,9 @@ from stillreach.arm import Arm
 from stillreach.arm.limits import sampling_range
 from stillreach.batch import threads_of
 from stillreach.errors import InputError
-from stillreach.faults import FaultKind, fault_kind
+from stillreach.faults import FaultKind, Loses, fault_kind
 from stillreach.inverse_result import Inverse
 from stillreach.laws import LeastError
-from stillreach.status import Health
 from stillreach.task import Task, task_of
 
 STEP = 0.6
@@ -301,20 +300,16 @@ def _restrict(
 ) -> None:
     """What a fault leaves of a joint's range."""
     name = arm.joint_names[joint]
-    if kind.health in (Health.LOCKED, Health.FREE_SWINGING):
-        hold[joint] = AT_START
-    elif kind.health == Health.CONFINED:
-        low, high = kind.numbers
-        lower[joint], upper[joint] = max(low, lower[joint]), min(high, upper[joint])
-        if lower[joint] > upper[joint]:
-            got = f"{name}, {kind.sentence(slides=bool(arm.kinds[joint]))}"
-            raise InputError("faults", got, "a range that is within its position limits")
-    elif kind.health == Health.ONE_WAY:
-        if begin is None or begin.ndim > 1:
-            raise InputError(
-                "start", _door.describe(begin), f"one position for all poses: {name} moves one way from it"
-            )
-        side = lower if kind.numbers[0] > 0.0 else upper
-        side[joint] = np.clip(begin[joint], lower[joint], upper[joint])
-    elif kind.health == Health.RUNAWAY:
+    if kind.driven(0.0, 1.0) != 0.0:
         raise InputError("faults", f"{name}, {kind.word}", "faults with which the tool can stand still")
+    if kind.loses is Loses.CHOICE:
+        hold[joint] = AT_START
+        return
+    at = None if begin is None or begin.ndim > 1 else np.clip(begin[joint], lower[joint], upper[joint])
+    if at is None and kind.positions(0.0) != kind.positions(1.0):
+        raise InputError("start", _door.describe(begin), f"one position for all poses: {name} moves one way from it")
+    low, high = kind.positions(0.0 if at is None else float(at))
+    lower[joint], upper[joint] = max(low, lower[joint]), min(high, upper[joint])
+    if lower[joint] > upper[joint]:
+        got = f"{name}, {kind.sentence(slides=bool(arm.kinds[joint]))}"
+        raise InputError("faults", got, "a range that is within its position limits")

@@ -13,14 +13,14 @@ import numpy.typing as npt
 from stillreach import _door
 from stillreach._core import NullMotionKind
 from stillreach._door import FloatArray
-from stillreach._forms import Integer, Number
+from stillreach._forms import INF, Integer, Number
 from stillreach._kinds import Kind, key
 from stillreach._labels import Labels
 from stillreach._lists import PerJoint
 from stillreach.errors import InputError
 
 GAIN = key(Number("1/s", above=0.0), "Gain")
-LARGEST = key(Number("arm/s", above=0.0), "Largest rate of any joint; all rates are scaled down together")
+LARGEST = "Largest rate of any joint; all rates are scaled down together"
 
 
 MOST_FAILURES, MOST_CHOICES = 8, 5000
@@ -48,10 +48,10 @@ class NullMotion(Kind):
     kind: ClassVar[NullMotionKind]
     """The kind in the core."""
 
-    max_rate: float = field(default=float("inf"), metadata=LARGEST)
+    max_rate: float = field(default=INF, metadata=key(Number("arm/s", above=0.0, most=INF), LARGEST))
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "max_rate", _door.positive("max_rate", self.max_rate, allow_inf=True))
+        self.check_numbers()
 
     def core(self, joints: Labels) -> Core:
         """As the compiled core reads it."""
@@ -100,7 +100,7 @@ class Posture(NullMotion):
 
     def core(self, joints: Labels) -> Core:
         """The posture and its gain."""
-        return Core(self.kind, _door.positive("gain", self.gain), _vector("q", self.q, joints))
+        return Core(self.kind, self.gain, _vector("q", self.q, joints))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -118,7 +118,7 @@ class Centring(NullMotion):
 
     def core(self, joints: Labels) -> Core:
         """The gain."""
-        return Core(self.kind, _door.positive("gain", self.gain))
+        return Core(self.kind, self.gain)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -136,15 +136,11 @@ class Manipulability(NullMotion):
     kind = NullMotionKind.MANIPULABILITY
 
     gain: float = field(default=1.0, metadata=key(Number("rad²/s", above=0.0), "Gain"))
-    max_rate: float = field(default=1.0, metadata=LARGEST)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _door.positive("max_rate", self.max_rate)  # near a singularity the gradient is unbounded
+    max_rate: float = field(default=1.0, metadata=key(Number("arm/s", above=0.0), LARGEST))  # the gradient has no bound
 
     def core(self, joints: Labels) -> Core:
         """The gain."""
-        return Core(self.kind, _door.positive("gain", self.gain))
+        return Core(self.kind, self.gain)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -168,11 +164,12 @@ class Tolerance(Manipulability):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _failures(self.failures)
+        if self.failures > MOST_FAILURES:
+            raise InputError("failures", f"{self.failures}", f"1 to {MOST_FAILURES}")
 
     def core(self, joints: Labels) -> Core:
         """Gain and number of failures."""
-        return super().core(joints)._replace(failures=_failures(self.failures))
+        return super().core(joints)._replace(failures=self.failures)
 
     def check(self, n: int, m: int) -> None:
         """InputError for too many sets."""
@@ -259,13 +256,6 @@ def null_motion_settings(
     core = Core(NullMotionKind.NONE, 0.0) if motion is None else motion.core(joints)
     largest = float("inf") if motion is None else motion.max_rate
     return core.kind, core.gain, largest, core.vector, core.gradient, core.failures
-
-
-def _failures(value: Any) -> int:
-    count = _door.count("failures", value)
-    if count > MOST_FAILURES:
-        raise InputError("failures", f"{count}", f"1 to {MOST_FAILURES}")
-    return count
 
 
 def _vector(name: str, value: Any, joints: Labels) -> FloatArray:

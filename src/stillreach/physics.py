@@ -11,6 +11,7 @@ import numpy as np
 from stillreach._door import FloatArray
 from stillreach._messages import listed, short
 from stillreach.errors import InputError, MissingExtraError
+from stillreach.faults import Loses
 from stillreach.status import Health
 
 if TYPE_CHECKING:
@@ -79,8 +80,9 @@ class MujocoArm:
         self._faults[joint] = kind
         if kind.health == Health.LOCKED:
             self._hold(joint, float(data.qpos[self._places[joint]]))
-        elif kind.health == Health.CONFINED:
-            model.jnt_range[self._ids[joint]] = np.clip(kind.numbers, -FAR, FAR)
+        elif kind.loses is Loses.RANGE:
+            ends = kind.positions(float(data.qpos[self._places[joint]]))
+            model.jnt_range[self._ids[joint]] = np.clip(ends, -FAR, FAR)
 
     def _drive(self, joint: int, on: bool) -> None:
         """Switches the servo of a joint on or off."""
@@ -101,23 +103,9 @@ class MujocoArm:
         self._waiting.append(np.array(rates))
         told = self._waiting.popleft()
         for joint, kind in self._faults.items():
-            told[joint] = _driven(kind, told[joint], self._limits[joint])
+            told[joint] = kind.driven(told[joint], self._limits[joint])
         self._data.ctrl[self._servos] = told
         self._mujoco.mj_step(self._model, self._data, self._steps)
-
-
-def _driven(kind: FaultKind, rate: float, limit: float) -> float:
-    """What a servo makes of a rate under a fault."""
-    if kind.health == Health.RUNAWAY:
-        return kind.numbers[0]
-    if kind.health == Health.LOCKED:
-        return 0.0
-    if kind.health == Health.DERATED:
-        most = kind.share * limit
-        return float(np.clip(rate, -most, most))
-    if kind.health == Health.ONE_WAY:
-        return max(rate, 0.0) if kind.numbers[0] > 0.0 else min(rate, 0.0)
-    return rate
 
 
 def _named(plant: MujocoPlant, arm: Arm) -> str:

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
 __all__ = ["KinematicPlant", "MujocoPlant", "Plant"]
 
-MOST_DEAD_TICKS = 10_000
-
 
 class Moving(Protocol):
     """An arm in motion, as a simulation reads and moves it from tick to tick."""
@@ -77,9 +75,7 @@ class KinematicPlant(Plant):
     seed: int = field(default=0, metadata=key(Integer(0, 2**32 - 1), "Seed of the noise"))
 
     def __post_init__(self) -> None:
-        for name in ("lag", "dead_time", "resolution", "noise"):
-            object.__setattr__(self, name, _door.positive(name, getattr(self, name), or_zero=True))
-        object.__setattr__(self, "seed", _door.count("seed", self.seed, minimum=0))
+        self.check_numbers()
 
     @property
     def exact(self) -> bool:
@@ -148,13 +144,7 @@ class MujocoPlant(Plant):
 
     def __post_init__(self) -> None:
         _door.text("model", self.model)
-        for name in ("gain", "armature", "step"):
-            object.__setattr__(self, name, _door.positive(name, getattr(self, name)))
-        for name in ("damping", "friction", "delay", "resolution", "noise"):
-            object.__setattr__(self, name, _door.positive(name, getattr(self, name), or_zero=True))
-        object.__setattr__(self, "force", _door.positive("force", self.force, allow_inf=True))
-        object.__setattr__(self, "offset", _door.scalar("offset", self.offset))
-        object.__setattr__(self, "seed", _door.count("seed", self.seed, minimum=0))
+        self.check_numbers()
         if not isinstance(self.gravity, bool):
             raise InputError("gravity", _door.describe(self.gravity), "True or False")
 

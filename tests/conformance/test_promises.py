@@ -8,6 +8,7 @@ import pytest
 from oracles.kinematics import INCH
 from oracles.price import EPS, typical_rate
 from stillreach import Status, Weights
+from stillreach.laws import LAWS as ALL_LAWS
 from tests.conformance.registry import LAWS, SUBJECTS
 from tests.conformance.scenes import Broken, scenes
 
@@ -23,6 +24,11 @@ times the condition number of the working joints' Jacobian."""
 
 LEAST_PRICE = 8.0
 """Of the laws in the registry."""
+
+
+def test_every_law_is_in_the_registry():
+    promised = {(type(contract.make()), contract.bounded) for contract in LAWS.values()}
+    assert promised == {(law, law.keeps_bounds) for law in ALL_LAWS}
 
 
 @pytest.fixture

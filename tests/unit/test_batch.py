@@ -164,7 +164,7 @@ SPOILED += [(spoil_bounds, np.nan), (spoil_bounds, np.inf), (contradict, None), 
 
 @pytest.mark.parametrize(("spoil", "value"), SPOILED)
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
-def test_a_row_that_is_no_question_stops_no_other(law, spoil, value):
+def test_invalid_rows_do_not_affect_the_others(law, spoil, value):
     q, twist, (lower, upper) = questions()
     lower[5, 7] = upper[5, 7] = 0.25
     want = ("residual", "pose", "jacobian", "active", "task_error", "damping", "scale", "iterations")

@@ -18,7 +18,7 @@ from stillreach.cli._app import app
 from stillreach.cli._complete import complete_law
 from stillreach.cli._faults import parse_fault
 from stillreach.cli._laws import parse_law
-from stillreach.faults import FAULTS, FaultKind
+from stillreach.faults import FAULTS, FaultKind, Loses
 from stillreach.laws import LAWS, Law
 from stillreach.null_motions import NULL_MOTIONS, NullMotion
 from stillreach.plants import PLANTS, Plant
@@ -28,7 +28,9 @@ from stillreach.simulation.motion import MOTIONS
 from stillreach.simulation.scenario_file.tables import SCENARIO, TASK, WEIGHTS
 from tests.fuzzing.toml import written
 
-DOCS = Path(__file__).parents[2] / "docs"
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+FAULTS_OF_ROS = "ros2/kinematics_interface_stillreach/src/faults.cpp"
 SETS = {"law": LAWS, "faults": FAULTS, "null_motion": NULL_MOTIONS, "motion": MOTIONS, "plant": PLANTS}
 ALL = list(chain.from_iterable(SETS.values()))
 IN_FILES = [kind for kind in ALL if kind.in_files]
@@ -174,11 +176,43 @@ def test_the_command_line_knows_every_fault_and_it_has_a_sentence(kind):
     assert all(text and kind.__name__ not in text for text in sentences)
 
 
+@pytest.mark.parametrize("kind", FAULTS, ids=lambda kind: kind.word)
+@pytest.mark.parametrize("rate", [-0.8, 0.8])
+def test_what_a_fault_leaves_of_rates_and_positions_is_what_the_core_leaves(kind, rate):
+    given = settings(kind) | {"confined": {"lower": -1.0, "upper": 2.0}}.get(kind.word, {})
+    fault, spin = kind(**given), [0.0, 0.0, 0.0, 0.0, 0.0, rate]
+    motion, task = sr.ConstantTwist(spin, duration=20.0), sr.Task(rows=[False] * 5 + [True])
+    one = sr.arms.planar(1).with_limits(velocity=[1.0])
+    faults = [sr.Fault(0, kind=fault)]
+    run = sr.simulate(sr.Scenario(arm=one, start=[0.0], motion=motion, task=task, faults=faults), progress=False)
+    told = fault.driven(rate, 1.0)
+    assert run.rates[0, 0] == pytest.approx(told, abs=1e-12)
+    wanted = rate if kind.loses in (Loses.RANGE, Loses.SIDE) else told
+    assert run.q[-1, 0] == pytest.approx(np.clip(20.0 * wanted, *fault.positions(0.0)), abs=1e-6)
+
+
 def test_every_member_of_the_core_has_one_class_and_every_health_a_colour():
     assert [kind.health for kind in FAULTS] == [health for health in sr.Health if health is not sr.Health.HEALTHY]
     assert {law.kind for law in LAWS} == set(LawKind)
     assert {kind.kind for kind in NULL_MOTIONS} == set(NullMotionKind) - {NullMotionKind.NONE}
     assert len(set(HEALTH_COLOURS.values())) == len(FAULTS)
+
+
+@pytest.mark.parametrize(("name", "entry"), [("STATE_SIGN", r'"."'), ("HEALTH_COLOURS", r'"#\w{6}"')])
+def test_the_live_page_has_a_sign_and_a_colour_for_every_health(name, entry):
+    (text,) = re.findall(rf"^const {name} = \[(.*)\];", (ROOT / "page/src/viewer.js").read_text("utf-8"), re.M)
+    assert len(set(re.findall(entry, text))) >= len(sr.Health)
+
+
+@pytest.mark.parametrize("file", ["include/stillreach/stillreach.hpp", FAULTS_OF_ROS])
+def test_programs_in_c_plus_plus_and_ros_can_name_every_fault(file):
+    text = (ROOT / file).read_text("utf-8")
+    assert [kind.word for kind in FAULTS if f"Health::{kind.health.name}" not in text] == []
+
+
+def test_c_plus_plus_tests_and_instruction_counts_run_every_law():
+    text = (ROOT / "tests/cpp/robot.hpp").read_text("utf-8")
+    assert [law.word for law in LAWS if f"LawKind::{law.kind.name}" not in text] == []
 
 
 def test_every_reader_of_robot_files_is_a_format():

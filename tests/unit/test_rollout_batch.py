@@ -265,7 +265,7 @@ SPOILED = {
 
 @pytest.mark.parametrize("integrator", ["euler", "rk4"])
 @pytest.mark.parametrize("what", SPOILED)
-def test_a_row_that_is_no_question_stops_no_other(what, integrator):
+def test_invalid_rows_do_not_affect_the_others(what, integrator):
     q, twist, (lower, upper) = places(12)
     lower[5], upper[5] = -0.5, 0.5
     lower[5, 7] = upper[5, 7] = 0.25

@@ -10,8 +10,6 @@ from stillreach.errors import InputError
 if TYPE_CHECKING:
     from stillreach.laws import Law
 
-EXAMPLE = "singularity-robust:damping=closed-form:norm=2"
-
 
 def law_texts() -> tuple[list[str], list[str]]:
     """All laws by word, also with each word setting."""

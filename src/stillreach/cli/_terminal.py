@@ -6,6 +6,8 @@ import json
 import math
 import os
 import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
@@ -88,6 +90,15 @@ def print_json(value: Any) -> None:
         print(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False), flush=True)
     except BrokenPipeError:
         nobody_reads()
+
+
+def tell(facts: dict[str, Any], written: Sequence[Path], as_json: bool, show: Callable[[], None]) -> None:
+    """What a command found, as JSON or shown in words, and the files that it wrote."""
+    if as_json:
+        print_json({**facts, "files": [str(path) for path in written]})
+    else:
+        show()
+        console().print(f"\nwrote {', '.join(map(str, written))}", soft_wrap=True)
 
 
 def plain(value: Any) -> Any:

@@ -48,7 +48,7 @@ def compare(
     from stillreach.cli._laws import law_texts, parse_laws
     from stillreach.cli._records import folder_for, picture, remove_older, write_record, write_summary
     from stillreach.cli._summary import facts
-    from stillreach.cli._terminal import console, print_json
+    from stillreach.cli._terminal import tell
 
     off = tolerances("--within", within)
     chosen = changed(scenario, fail=fail or [], healthy=healthy, known_after=known_after)
@@ -57,15 +57,8 @@ def compare(
     found = {"scenario": chosen.name, "laws": {name: facts(of) for name, of in results.summaries.items()}}
     remove_older(*_older(folder, set(results)))
     written = [write_record(run, folder, _stem(law)) for law, run in results.items()]
-    written += [
-        write_summary(found, folder, SUMMARY),
-        *picture(plot, folder / PICTURE, results.plot),
-    ]
-    if as_json:
-        print_json({**found, "files": [str(path) for path in written]})
-    else:
-        _print(results)
-        console().print(f"\nwrote {', '.join(map(str, written))}", soft_wrap=True)
+    written += [write_summary(found, folder, SUMMARY), *picture(plot, folder / PICTURE, results.plot)]
+    tell(found, written, as_json, lambda: _print(results))
     if results.interrupted:
         raise typer.Exit(CTRL_C)
 

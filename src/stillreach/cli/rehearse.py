@@ -110,15 +110,15 @@ def rehearse(
     }
     found = rehearsed(chosen, **wanted)
     shares: dict[str, float] = {}
+    folder = folder_for(out, recording or task)
     if not found.interrupted:
         shares = {name: rehearsed(chosen, **wanted, law=other).share for name, other in others.items()}
-    if postures and not found.interrupted:
-        better_start(found, count=postures, threads=threads)
-    if far and not found.interrupted:
-        better_place(found, [[sign * far * (axis == k) for k in range(3)] for sign in (1, -1) for axis in range(3)])
-    folder = folder_for(out, recording or task)
-    if survey and not found.interrupted:
-        _survey(found, folder / SURVEY, {"count": survey, "k": together, "threads": threads})
+        if postures:
+            better_start(found, count=postures, threads=threads)
+        if far:
+            better_place(found, [[sign * far * (axis == k) for k in range(3)] for sign in (1, -1) for axis in range(3)])
+        if survey:
+            _survey(found, folder / SURVEY, {"count": survey, "k": together, "threads": threads})
     _output(found, folder, source, shares if laws else None, page=page, plot=plot, as_json=as_json)
     if found.interrupted:
         raise typer.Exit(CTRL_C)
@@ -168,7 +168,7 @@ def _output(
 ) -> None:
     """Writes the files, and prints what became of the failures."""
     from stillreach.cli._records import picture, remove_older, write_page, write_summary
-    from stillreach.cli._terminal import console, print_json
+    from stillreach.cli._terminal import tell
 
     remove_older(folder / PAGE, folder / PICTURE, folder / RECORD)
     facts = {**found.facts(), **({} if shares is None else {"laws": shares})}
@@ -176,11 +176,7 @@ def _output(
     written += write_page(page, folder / PAGE, lambda: found.html(source))
     written += picture(plot, folder / PICTURE, found.plot)
     written += [found.survey.path] if found.survey is not None else []
-    if as_json:
-        print_json({**facts, "files": [str(path) for path in written]})
-    else:
-        _print(found, shares or {})
-        console().print(f"\nwrote {', '.join(map(str, written))}", soft_wrap=True)
+    tell(facts, written, as_json, lambda: _print(found, shares or {}))
 
 
 def _kind(arm: Arm, text: str) -> str | FaultKind:

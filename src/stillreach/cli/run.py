@@ -50,7 +50,7 @@ def run(
     from stillreach.cli._recordings import scenario_or_recording
     from stillreach.cli._records import folder_for, picture, remove_older, write_record, write_summary
     from stillreach.cli._summary import facts, print_summary
-    from stillreach.cli._terminal import console, print_json
+    from stillreach.cli._terminal import tell
 
     distance, angle = tolerances("--within", within)
     given, name = scenario_or_recording(scenario, recording, robot, options)
@@ -61,11 +61,7 @@ def run(
     remove_older(folder / PICTURE)
     written = [write_record(record, folder), write_summary(facts(found), folder)]
     written += picture(plot, folder / PICTURE, lambda: record.plot(found))
-    if as_json:
-        print_json({**facts(found), "files": [str(path) for path in written]})
-    else:
-        print_summary(found)
-        console().print(f"\nwrote {', '.join(map(str, written))}", soft_wrap=True)
+    tell(facts(found), written, as_json, lambda: print_summary(found))
     if record.interrupted:
         raise typer.Exit(CTRL_C)
     if not found.finished:

@@ -86,7 +86,7 @@ def survey(
     from stillreach.cli._records import folder_for, picture, remove_older, write_summary
     from stillreach.cli._robots import load_arm
     from stillreach.cli._task import task_of
-    from stillreach.cli._terminal import console, note, print_json
+    from stillreach.cli._terminal import note, tell
     from stillreach.tolerance import survey as surveyed
 
     given = given_poses(poses, length=length, angle=angle)
@@ -122,11 +122,7 @@ def survey(
     if written[2:] and "positions" in found.metrics:
         written += picture(plot, folder / SLICE, lambda: found.plot("slice"))
         written += picture(plot, folder / CLOUD, lambda: found.plot("cloud")) if found.region.cloud else []
-    if as_json:
-        print_json({**facts, "files": [str(path) for path in written]})
-    else:
-        _print(found, lost)
-        console().print(f"\nwrote {', '.join(map(str, written))}", soft_wrap=True)
+    tell(facts, written, as_json, lambda: _print(found, lost))
 
 
 def _steps(text: str) -> int | list[int]:

@@ -31,6 +31,8 @@ class Law(Kind):
 
     kind: ClassVar[_core.LawKind]
     """The kind in the core."""
+    keeps_bounds: ClassVar[bool] = True
+    """Whether its rates are inside the bounds."""
     semidefinite: ClassVar[bool] = False
     """Whether weights may be only positive semidefinite."""
 
@@ -45,10 +47,7 @@ class Law(Kind):
     def __post_init__(self) -> None:
         if self.weights is not None and not isinstance(self.weights, Weights):
             raise InputError("weights", _door.describe(self.weights), "stillreach.Weights")
-        tolerance = _door.positive("rank_tolerance", self.rank_tolerance)
-        if tolerance >= 1.0:
-            raise InputError("rank_tolerance", f"{tolerance:g}", "a number below 1")
-        object.__setattr__(self, "rank_tolerance", tolerance)
+        self.check_numbers()
 
     def core(self, rows: Sequence[str] = ROWS, reach: float | None = None, weights: Weights | None = None) -> _core.Law:
         """The settings as the compiled core reads them.

@@ -19,4 +19,5 @@ class Pseudoinverse(Law):
 
     word = "pseudoinverse"
     kind = LawKind.PSEUDOINVERSE
+    keeps_bounds = False
     semidefinite = True

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stillreach.faults import FAULTS
+from stillreach.faults import FAULTS, Loses
 from stillreach.show.style import HEALTH_COLOURS, in_picture
 from stillreach.simulation import Run
 from stillreach.simulation.held import bound_reasons
@@ -102,7 +102,7 @@ def _joint_codes(run: Run) -> np.ndarray:
     limits = np.where(reasons > 0, reasons + len(FAULTS), 0)
     for code, kind in enumerate(FAULTS, start=1):
         faults[run.health == kind.health] = code
-        if not kind.leaves_choice:
+        if kind.loses is Loses.CHOICE:
             limits[run.health == kind.health] = 0
     return np.stack([faults, limits])
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stillreach._door import FloatArray
-from stillreach.status import Health, Reason
+from stillreach.faults import Loses, losing
+from stillreach.status import Reason
 
 if TYPE_CHECKING:
     from stillreach.simulation.run import Run
@@ -21,7 +22,13 @@ BOUND_WORDS = {"rate": "velocity"}
 def rate_shares(run: Run) -> FloatArray:
     """(T, n) each rate as a fraction of its velocity limit in that direction, after derating; 0 without a limit."""
     lower, upper = run.scenario.controller().velocity_limits.T
-    limit = np.where(run.rates < 0.0, -lower, upper) * _derating(run)
+    limit = np.where(run.rates < 0.0, -lower, upper)
+    for tick, changes in sorted(run.scenario.schedule.changes.items()):
+        for joint, kind in changes:
+            low, high = float(lower[joint]), float(upper[joint])
+            if kind is not None and kind.loses is Loses.SPEED:
+                low, high = kind.driven(low, -low), kind.driven(high, high)
+            limit[tick:, joint] = np.where(run.rates[tick:, joint] < 0.0, -low, high)
     share = np.zeros_like(run.rates)
     np.divide(np.abs(run.rates), limit, out=share, where=np.isfinite(limit) & (limit > 0.0))
     return share
@@ -33,7 +40,7 @@ def bound_reasons(run: Run) -> np.ndarray:
     A derated joint at its reduced rate is at its velocity limit, unless that is 0.
     """
     reason = np.abs(run.active)
-    derated = (reason == Reason.FAULT) & (run.known == Health.DERATED) & (run.rates != 0.0)
+    derated = (reason == Reason.FAULT) & np.isin(run.known, losing(Loses.SPEED)) & (run.rates != 0.0)
     return np.where(derated, 1, np.where(reason >= Reason.RATE, reason - 1, 0)).astype(np.int8)
 
 
@@ -47,12 +54,3 @@ def held_back(run: Run) -> dict[str, dict[str, float]]:
             if ticks:
                 found.setdefault(name, {})[bound] = ticks * run.scenario.period
     return found
-
-
-def _derating(run: Run) -> FloatArray:
-    """(T, n) remaining fraction of each velocity limit, 0 to 1."""
-    left = np.ones_like(run.rates)
-    for tick, changes in sorted(run.scenario.schedule.changes.items()):
-        for joint, kind in changes:
-            left[tick:, joint] = 1.0 if kind is None else kind.share
-    return left

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from stillreach._door import FloatArray
 from stillreach.batch import solve_batch
+from stillreach.faults import Loses, losing
 from stillreach.laws import LeastError
 from stillreach.simulation import Scenario
 from stillreach.simulation.why import HARDLY, MISSED, NOTHING
@@ -77,8 +78,8 @@ def causes_of(scenario: Scenario, ticks: Sequence[Missed]) -> list[tuple[Cause, 
     hurt = reason == Reason.FAULT
     causes = {
         Cause.DIRECTION: np.zeros(lower.shape, dtype=bool),
-        Cause.RANGE: hurt & (health == Health.CONFINED),
-        Cause.ONE_WAY: hurt & (health == Health.ONE_WAY),
+        Cause.RANGE: hurt & np.isin(health, losing(Loses.RANGE)),
+        Cause.ONE_WAY: hurt & np.isin(health, losing(Loses.SIDE)),
         Cause.POSITION: reason == Reason.POSITION,
     }
     kept = np.array(list(causes.values()))  # of all bounds, only these
@@ -89,7 +90,7 @@ def causes_of(scenario: Scenario, ticks: Sequence[Missed]) -> list[tuple[Cause, 
     wanted, undone, *rest = _left(scenario, q, command, *bounds)
     least = MISSED * np.linalg.norm(wanted, axis=1) + NOTHING
     impossible = dict(zip(causes, np.linalg.norm(rest, axis=2) > least, strict=True))
-    slow = (reason == Reason.RATE) | (reason == Reason.ACCELERATION) | (hurt & (health == Health.DERATED))
+    slow = (reason == Reason.RATE) | (reason == Reason.ACCELERATION) | (hurt & np.isin(health, losing(Loses.SPEED)))
     runs = health == Health.RUNAWAY
 
     def cause(k: int) -> tuple[Cause, int]:

@@ -24,7 +24,6 @@ from stillreach._door import FloatArray
 from stillreach.batch import threads_of
 from stillreach.errors import InputError
 from stillreach.faults import FaultKind
-from stillreach.laws import Pseudoinverse, SingularityRobust
 from stillreach.plants import KinematicPlant
 from stillreach.recordings import Recording
 from stillreach.simulation import Scenario
@@ -166,7 +165,6 @@ class _Course:
         self.known_after = known_after
         task = scenario.task
         assert task is not None
-        self.keeps_bounds = not isinstance(scenario.law, Pseudoinverse | SingularityRobust)
         self.asked, self.along_tool = asked(task).ravel(), along_tool(task)
 
     def new_plant(self) -> SimulatedPlant | None:
@@ -330,7 +328,8 @@ def _case(
     tick = course.ticks
     if not (worst[0] <= found.limits[0] and worst[1] <= found.limits[1]):
         tick = first + int(np.argmax(~((distance <= found.limits[0]) & (angle <= found.limits[1]))))
-    if not course.keeps_bounds:
+    assert scenario.law is not None
+    if not scenario.law.keeps_bounds:
         outside, joint = _outside(worker.record, first)
         if 0 <= outside < tick:
             found.failed_time[place] = outside * scenario.period

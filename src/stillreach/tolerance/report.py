@@ -24,7 +24,7 @@ from stillreach.arm.dexterity import (
 )
 from stillreach.arm.relative import best_possible, failure_sets, null_basis, without
 from stillreach.errors import InputError
-from stillreach.faults import Confined, Derated, FaultKind, OneWay, Runaway, fault_kind
+from stillreach.faults import FaultKind, fault_kind
 from stillreach.task import Task
 from stillreach.tolerance.speeds import along, guaranteed, normals, row_scales
 
@@ -206,11 +206,10 @@ class Report:
             if index not in self.working:
                 continue
             place = self.working.index(index)
-            if isinstance(kind, Runaway):
+            if kind.driven(0.0, 1.0) != 0.0:
                 raise InputError("faults", f"{kind} of {self.arm.joint_names[index]}", "faults that leave 0 as a rate")
-            part = kind.share if isinstance(kind, Derated | OneWay | Confined) else 0.0
-            lower[place] *= part * (not (isinstance(kind, OneWay) and kind.direction > 0.0))
-            upper[place] *= part * (not (isinstance(kind, OneWay) and kind.direction < 0.0))
+            limit = float(rates[place])
+            lower[place], upper[place] = kind.driven(-limit, limit), kind.driven(limit, limit)
         return lower, upper
 
     def _jacobian(self) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -64,22 +64,11 @@ def test_the_jump_of_several_failures_is_the_least_one_that_keeps_the_task(law, 
 
 
 @EVERY_LAW
-def test_a_restored_joint_does_not_make_the_arm_jump_at_all(law):
-    """It stood still, and standing still still does the task."""
-    arm = paper()
-    ctl = sr.Controller(arm, law=law, velocity_limits=1e4)
-    ctl.fail(4)
-    for _ in range(3):
-        before = ctl.step(Q_PAPER, TWIST).rates.copy()
-    ctl.restore(4)
-    np.testing.assert_allclose(ctl.step(Q_PAPER, TWIST).rates, before, atol=1e-10)
-
-
-@EVERY_LAW
-def test_a_runaway_that_is_restored_is_taken_over_at_its_rate(law):
-    arm = paper()
-    ctl = sr.Controller(arm, law=law, velocity_limits=1e4)
-    ctl.fail(4, sr.Runaway(0.2))
+@pytest.mark.parametrize("kind", [sr.Locked(), sr.Runaway(0.2)], ids=repr)
+def test_a_restored_joint_does_not_make_the_arm_jump_at_all(kind, law):
+    """It is taken over at its rate, and going on like that still does the task."""
+    ctl = sr.Controller(paper(), law=law, velocity_limits=1e4)
+    ctl.fail(4, kind)
     for _ in range(3):
         before = ctl.step(Q_PAPER, TWIST).rates.copy()
     ctl.restore(4)
