@@ -22,8 +22,17 @@ enum class NullMotionKind : int { STILLREACH_NULL_MOTION_KIND(STILLREACH_MEMBER)
 
 // Whether a null motion climbs a function of the posture that has saddles, and no bound near singularities.
 STILLREACH_INLINE bool climbing(NullMotionKind kind) {
-  return kind == NullMotionKind::MANIPULABILITY || kind == NullMotionKind::TOLERANCE ||
-         kind == NullMotionKind::GUARANTEED_SPEED;
+  switch (kind) {
+    case NullMotionKind::NONE:
+    case NullMotionKind::RATES:
+    case NullMotionKind::GRADIENT:
+    case NullMotionKind::POSTURE:
+    case NullMotionKind::CENTRING: return false;
+    case NullMotionKind::MANIPULABILITY:
+    case NullMotionKind::TOLERANCE:
+    case NullMotionKind::GUARANTEED_SPEED: return true;
+  }
+  return false;
 }
 
 constexpr double kFullRate = 1.0;        // [rad/s, m/s] of a joint without a limit, where speeds are compared
