@@ -286,11 +286,7 @@ class Controller {
 
   /// A joint fails, from the next tick on. False, and nothing changes, for a joint or a number that cannot be.
   bool fail(int joint, Fault fault = locked()) noexcept {
-    if (joint < 0 || joint >= arm_.n() || std::isnan(fault.number[0]) || std::isnan(fault.number[1])) return false;
-    const double a = fault.number[0], b = fault.number[1];
-    if (fault.health == Health::DERATED && !(a >= 0.0 && a <= 1.0)) return false;
-    if (fault.health == Health::RUNAWAY && std::isinf(a)) return false;
-    if (fault.health == Health::CONFINED && !(a <= b)) return false;
+    if (joint < 0 || joint >= arm_.n() || !possible(fault)) return false;
     memory_.set_fault(joint, fault);
     return true;
   }

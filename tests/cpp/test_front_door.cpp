@@ -223,6 +223,7 @@ void the_loop_takes_anything() {
   }
   CHECK(!door.fail(-1) && !door.fail(3) && !door.fail(0, stillreach::derated(2.0)));
   CHECK(!door.fail(0, stillreach::runaway(std::nan(""))) && !door.fail(0, stillreach::confined(1.0, 0.0)));
+  CHECK(!door.fail(0, {stillreach::Health::ONE_WAY, {0.5, 0.0}}));
   CHECK(door.health(0) == stillreach::Health::HEALTHY);
   CHECK(door.fail(0));
   door.step(q, twist, rates);

@@ -69,6 +69,36 @@ STILLREACH_INLINE Left left_by(const Fault& fault, double lower, double upper) {
   return left;
 }
 
+// Whether there is a fault with these numbers.
+STILLREACH_INLINE bool possible(const Fault& fault) {
+  const double first = fault.number[0], second = fault.number[1];
+  if (!(first == first && second == second)) return false;
+  switch (fault.health) {
+    case Health::HEALTHY:
+    case Health::LOCKED:
+    case Health::FREE_SWINGING: return true;
+    case Health::DERATED: return first >= 0.0 && first <= 1.0;
+    case Health::RUNAWAY: return is_finite(first);
+    case Health::CONFINED: return first <= second;
+    case Health::ONE_WAY: return magnitude(first) == 1.0;
+  }
+  return false;
+}
+
+// How texts write the kinds of faults: a word and its numbers.
+struct FaultForm {
+  const char* word;
+  Health health;
+  int numbers;
+  const char* example;
+};
+constexpr FaultForm kFaultForms[] = {{"locked", Health::LOCKED, 0, "locked"},
+                                     {"derated", Health::DERATED, 1, "'derated SHARE' (0 to 1)"},
+                                     {"runaway", Health::RUNAWAY, 1, "'runaway RATE'"},
+                                     {"confined", Health::CONFINED, 2, "'confined LOWER UPPER'"},
+                                     {"one-way", Health::ONE_WAY, 1, "'one-way 1' or 'one-way -1'"},
+                                     {"free-swinging", Health::FREE_SWINGING, 0, "free-swinging"}};
+
 // Whether a fault's bounds change with the joint's position.
 STILLREACH_INLINE bool has_range(const Left& left) {
   return left.range_lower > -infinity() || left.range_upper < infinity();

@@ -5,26 +5,19 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "stillreach/stillreach.hpp"
+
 namespace kinematics_interface_stillreach {
 
 namespace {
 
 using stillreach::Fault;
-using stillreach::Health;
-
-struct Kind {
-  const char* word;
-  Health health;
-  std::size_t numbers;
-};
-const Kind kKinds[] = {{"locked", Health::LOCKED, 0},   {"derated", Health::DERATED, 1},
-                       {"runaway", Health::RUNAWAY, 1}, {"confined", Health::CONFINED, 2},
-                       {"one-way", Health::ONE_WAY, 1}, {"free-swinging", Health::FREE_SWINGING, 0}};
 
 [[noreturn]] void refuse(const std::string& text) {
-  throw std::invalid_argument("failed_kinds: got '" + text +
-                              "', expected locked, 'derated SHARE' (0 to 1), 'runaway RATE', 'confined LOWER UPPER', "
-                              "'one-way 1' or 'one-way -1', or free-swinging");
+  std::string forms;
+  for (const stillreach::FaultForm& form : stillreach::kFaultForms)
+    forms += (forms.empty() ? "" : ", ") + std::string(form.example);
+  throw std::invalid_argument("failed_kinds: got '" + text + "', expected one of " + forms);
 }
 
 Fault read_fault(const std::string& text) {
@@ -32,17 +25,13 @@ Fault read_fault(const std::string& text) {
   words.imbue(std::locale::classic());
   std::string word;
   words >> word;
-  for (const Kind& kind : kKinds) {
-    if (word != kind.word) continue;
+  for (const stillreach::FaultForm& form : stillreach::kFaultForms) {
+    if (word != form.word) continue;
     Fault fault;
-    fault.health = kind.health;
-    for (std::size_t k = 0; k < kind.numbers; ++k)
+    fault.health = form.health;
+    for (int k = 0; k < form.numbers; ++k)
       if (!(words >> fault.number[k])) refuse(text);
-    const double a = fault.number[0], b = fault.number[1];
-    if (words >> word) refuse(text);
-    if (kind.health == Health::DERATED && !(a >= 0.0 && a <= 1.0)) refuse(text);
-    if (kind.health == Health::CONFINED && !(a <= b)) refuse(text);
-    if (kind.health == Health::ONE_WAY && a != 1.0 && a != -1.0) refuse(text);
+    if (words >> word || !stillreach::possible(fault)) refuse(text);
     return fault;
   }
   refuse(text);
@@ -65,7 +54,7 @@ std::vector<Fault> read_faults(const std::vector<std::string>& all, const std::v
       throw std::invalid_argument("failed_joints: got '" + joints[i] + "', expected joints of the chain: " + names);
     }
     faults[static_cast<std::size_t>(joint - all.begin())] =
-        i < kinds.size() ? read_fault(kinds[i]) : Fault{Health::LOCKED, {0.0, 0.0}};
+        i < kinds.size() ? read_fault(kinds[i]) : stillreach::locked();
   }
   return faults;
 }

@@ -35,12 +35,9 @@ class LinkModel {
   std::size_t n() const { return arm_ ? static_cast<std::size_t>(arm_->n()) : 0; }
 
   void set_faults(const std::vector<stillreach::Fault>& all) noexcept {
-    using stillreach::Health;
     for (std::size_t i = 0; i < n(); ++i) {
-      const Health health = all[i].health;
-      const bool lost = health == Health::LOCKED || health == Health::RUNAWAY || health == Health::FREE_SWINGING;
       limited_->fail(static_cast<int>(i), all[i]);
-      free_->fail(static_cast<int>(i), lost ? stillreach::locked() : stillreach::Fault{});
+      free_->fail(static_cast<int>(i), stillreach::works(all[i]) ? stillreach::Fault{} : stillreach::locked());
     }
   }
 
