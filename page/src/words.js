@@ -95,7 +95,8 @@ export function status(found, task) {
   }
   if (lost.length) parts.push(`the tool has lost ${list(lost.map(direction))}`);
   if (lost.length || never.length > task.never) return `${parts.join("; ")}.`;
-  parts.push(`${what} is ${broken.length ? "still " : ""}possible${far ? " here" : ""}`);
+  const able = far && !task.never ? `motion in every direction${rows === 6 ? "" : " of the task"}` : what;
+  parts.push(`${able} is ${broken.length ? "still " : ""}possible${far ? " here" : ""}`);
   const critical = names.map((_, i) => i).filter((i) => found.costs[i] > 0);
   const next = broken.length ? "next " : "";
   if (critical.length) {

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from stillreach.show.style import HEALTH_COLOURS, in_picture
 from stillreach.simulation import Scenario
-from stillreach.simulation.account import fault_groups
+from stillreach.simulation.account import fault_groups, held_faults
 from stillreach.status import Health
 
 if TYPE_CHECKING:
@@ -40,8 +40,8 @@ def moments(scenario: Scenario, end: float) -> list[Moment]:
     for text, fault in fault_groups(scenario, names):
         if fault.at <= end:
             failing.setdefault(fault.at, []).append((text, HEALTH_COLOURS[fault.kind.health]))
-    for fault in scenario.faults:
-        if fault.until is not None and fault.until <= end:
+    for fault, works in held_faults(scenario):
+        if works and fault.until is not None and fault.until <= end:
             working.setdefault(fault.until, []).append(names[scenario.arm.joint_index(fault.joint)])
     # several kinds at one time share the colour of the first
     found = [Moment(time, ", ".join(text for text, _ in faults), faults[0][1]) for time, faults in failing.items()]

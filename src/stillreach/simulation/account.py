@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from stillreach._words import direction, shown, shown_angle, shown_length, shown_time, tidy
 from stillreach.faults import Fault
@@ -52,6 +55,18 @@ def is_late(found: Summary) -> bool:
     return found.linear and found.distance.value > max(found.allowed_distance, 5.0 * found.beside)
 
 
+def held_faults(scenario: Scenario) -> list[tuple[Fault, bool]]:
+    """Each fault with the end of its time, and whether its joint works then; a later one of a joint replaces others."""
+    held, index = [], scenario.arm.joint_index
+    for place, fault in enumerate(scenario.faults):
+        same = [(one.at, k) for k, one in enumerate(scenario.faults) if index(one.joint) == index(fault.joint)]
+        replaced = min((at for at, k in same if (at, k) > (fault.at, place)), default=np.inf)
+        end = min(replaced, np.inf if fault.until is None else fault.until)
+        if end > fault.at:
+            held.append((replace(fault, until=end if end < np.inf else None), end < replaced))
+    return held
+
+
 def fault_groups(scenario: Scenario, names: Sequence[str]) -> list[tuple[str, Fault]]:
     """Faults in words, grouped by kind and time: ``j2, j4 locked``, each with the first fault of the group.
 
@@ -60,7 +75,7 @@ def fault_groups(scenario: Scenario, names: Sequence[str]) -> list[tuple[str, Fa
         names: (n,) names of its joints.
     """
     found: dict[tuple[str, float, float | None], tuple[list[str], Fault]] = {}
-    for fault in scenario.faults:
+    for fault, _ in held_faults(scenario):
         joint = scenario.arm.joint_index(fault.joint)
         what = fault.kind.sentence(slides=bool(scenario.arm.kinds[joint]))
         found.setdefault((what, fault.at, fault.until), ([], fault))[0].append(names[joint])

@@ -185,6 +185,8 @@ def _impossible(misses: _Misses, stretch: tuple[int, int]) -> Why:
     if np.sum(worst[hardly]) >= 0.5 * np.sum(worst):
         stretch = misses.main(hardly) or stretch
         tick = stretch[0]
+        if not misses.runaway[tick] and misses.barrier(tick)[1] < 0.0:  # it brakes first, which is not the reason
+            tick = stretch[0] + int(np.argmax(worst[stretch[0] : stretch[1] + 1]))
     else:
         tick = int(np.argmax(worst))
     direction, possible = misses.barrier(tick)

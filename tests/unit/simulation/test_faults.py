@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 import stillreach as sr
+from stillreach.simulation.account import fault_lines
 from stillreach.status import Health
 from tests.unit.simulation.scenarios import eight_joints, eight_joints_start, small_run, waving
 
@@ -81,3 +82,22 @@ def test_a_fault_of_no_joint_is_refused():
         run_with("j3")
     with pytest.raises(sr.InputError, match="faults: got 5"):
         small_run(faults=5)
+
+
+def test_a_fault_that_another_of_its_joint_replaces_is_listed_until_then():
+    weak = sr.Derated(0.5)
+    first = sr.Fault("j1", at=0.5, until=1.5)
+    faults = [
+        first,
+        sr.Fault("j1", at=1.0, kind=weak),
+        sr.Fault("j2", at=1.0),
+        sr.Fault("j2", at=1.0, kind=weak),
+    ]
+    motion = sr.ConstantTwist(np.zeros(6), duration=2.0)
+    scenario = sr.Scenario(arm=sr.arms.planar(3), start=np.zeros(3), motion=motion, faults=faults)
+    run = sr.simulate(scenario)
+    assert run.health[-1].tolist() == [Health.DERATED, Health.DERATED, Health.HEALTHY]
+    assert [line.partition(" from ")[::2] for line in fault_lines(scenario)] == [
+        ("j1 locked", "0.5 s on, until 1 s"),
+        ("j1, j2 derated to 50 %", "1 s on"),
+    ]

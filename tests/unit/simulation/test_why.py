@@ -50,6 +50,13 @@ SCENARIOS = {
     "position limits are in the way": lambda: planar(
         [line(-1.6, 1.2, 3.0), rest(1.0)], position_limits=[(-3, 0.6), (-3, 1.2), (-3, 3)]
     ),
+    "an arm brakes, then can hardly move": lambda: sr.Scenario(
+        arm=sr.arms.panda(),
+        start=np.deg2rad([20, -45, 20, -125, 20, 95, 45]),
+        motion=sr.Circle(centre=[0, 0.12, 0], axis=[1, 0, 0], duration=6.0, relative=True),
+        loop="closed",
+        faults=[sr.Fault("panda_joint4", at=2.0)],
+    ),
     "a joint runs away": lambda: planar(
         rest(3.0), faults=[sr.Fault(0, at=0.5, kind=sr.Runaway(0.4)), sr.Fault(1, at=0.8)]
     ),
@@ -74,6 +81,7 @@ SENTENCES = {
     "the goal is out of reach": HARDLY.format(".* s on") + "[0-9. vxy+]*$",
     "drives get weak": SLOW,
     "position limits are in the way": HARDLY.format(".* s on"),
+    "an arm brakes, then can hardly move": HARDLY.format("2 s on") + ".*; without position it could$",
     "a joint runs away": "from 0.8 s on a runaway joint moves the tool against .*, and the others cannot stop it$",
     "two of three are locked, open loop": HARDLY.format("1 s on"),
     "no joint works for a while, open loop": HARDLY.format("1 to 2 s") + ".*; open loop does not correct the error$",
