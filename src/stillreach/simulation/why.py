@@ -120,6 +120,7 @@ class _Misses:
         along = np.einsum("tm,tm->t", self.left, self.wanted)
         part = np.divide(self.undone**2, along, out=np.full(len(run), np.inf), where=along > 0.0)
         self.hardly = self.impossible & (1.0 - part <= HARDLY)
+        self.against = self.impossible & (1.0 - part < -ROUNDING)  # the tool moves against the command
         self.share = np.divide(run.task_error, size, out=np.ones(len(run)), where=size > 0.0)
 
     def main(self, ticks: np.ndarray) -> tuple[int, int] | None:
@@ -184,9 +185,9 @@ def _impossible(misses: _Misses, stretch: tuple[int, int]) -> Why:
     hardly = misses.hardly & inside
     if np.sum(worst[hardly]) >= 0.5 * np.sum(worst):
         stretch = misses.main(hardly) or stretch
-        tick = stretch[0]
-        if not misses.runaway[tick] and misses.barrier(tick)[1] < 0.0:  # it brakes first, which is not the reason
-            tick = stretch[0] + int(np.argmax(worst[stretch[0] : stretch[1] + 1]))
+        hardly[: stretch[0]] = hardly[stretch[1] + 1 :] = False
+        still = hardly & ~(misses.against & ~misses.runaway)  # where it is not because the arm brakes
+        tick = int(np.argmax(still if np.sum(worst[still]) >= 0.5 * np.sum(worst[hardly]) else hardly))
     else:
         tick = int(np.argmax(worst))
     direction, possible = misses.barrier(tick)
